@@ -10,7 +10,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.core.signals import CATALOGUE
 from thrustd.identify.error_map import error_map
-from thrustd.identify.first_state import begun_at, level_of, levels_of
+from thrustd.identify.first_state import beginnings_of, begun_at, known_beginning
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.identify.sensitivity import residuals, segments_for
 from thrustd.model.artifact import ModelSpec, PiecewiseLinear, Witness
@@ -45,8 +45,8 @@ def _begun(spec: ModelSpec, seen: Sequence[Segment], held_out: Sequence[Segment]
     def blind(segment: Segment) -> Floats:
         return -residuals(spec, replace(segment, force_n=np.zeros(len(segment))))
 
-    told = levels_of(blind, seen)
-    return [begun_at(s, level_of(blind, s, told)) for s in held_out]
+    told = beginnings_of(blind, seen)
+    return [begun_at(s, known_beginning(blind, s, told)) for s in held_out]
 
 
 def provenance(

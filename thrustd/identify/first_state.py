@@ -10,15 +10,18 @@ load, and the residual of the rest of the record is its noise. The start at rest
 worth the levels (BIC) and the rest of the record, which they were not fitted to, does not lose it again: a model that
 is wrong for minutes would else be given a past, which a slow branch carries through all of the record.
 
-At rest means settled at the first sample, or unloaded until then, whichever the stretch speaks for: a bench record
-often begins when the load does (`level_before`).
+At rest means settled under the first load, or under none until that came, whichever the stretch speaks for: a bench
+record often begins when the load does, or some minutes later (`Beginning`). How long that load has stood is one number,
+and all that relaxes has it in common.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from thrustd.core.columns import Floats
 from thrustd.identify.levenberg import search
@@ -38,46 +41,92 @@ MEDIAN_SQUARE = 0.455  # of Gaussian noise of mean square 1
 
 
 UNLOADED = 0.0
-BEGUN_BETTER = 0.9  # of the stretch's sum of squares, from which on it begins unloaded rather than settled
+BEGUN_BETTER = 0.9  # of the stretch's sum of squares, from which on another beginning is believed
+FIRST_S = 1.0  # whose mean is the first level
+LOADED = 0.02  # of the input's range: what begins nearer to no load has not stood under any
+FINE = 0.03  # of how long it has stood: as fine as is looked for
+STOOD = np.geomspace(1e-3, 1.0, 10)  # of a record: how long its first load may have stood
 
 
-def level_before(simulate: Simulate, segment: Segment) -> float:
-    """The input at which everything had settled before the first sample: the first sample's own, or no load."""
-    n, settled = stretch_of(segment), float(segment.inputs[DEFORMATION][0])
-    if n == 0 or settled == UNLOADED:
+class Beginning(NamedTuple):
+    """What came before the first sample: rest at `before`, then so many samples at the first level."""
+
+    before: float
+    stood: int = 0
+
+
+def beginning_of(simulate: Simulate, segment: Segment) -> Beginning:
+    """After what the segment begins, by its first stretch: settled, unless another past is clearly better."""
+    n, d = stretch_of(segment), segment.inputs[DEFORMATION]
+    settled, start = Beginning(float(d[0])), head(segment, n)
+    if n == 0 or settled.before == UNLOADED:
         return settled
-    start = head(segment, n)
+
+    def missed(beginning: Beginning) -> float:
+        return float(np.nansum((start.force_n - run_from(simulate, start, beginning)) ** 2))
+
     with np.errstate(all="ignore"):
-        missed = [float(np.nansum((start.force_n - from_level(simulate, start, level)) ** 2))
-                  for level in (settled, UNLOADED)]  # fmt: skip
-    return UNLOADED if missed[1] < BEGUN_BETTER * missed[0] else settled
+        worst = BEGUN_BETTER * missed(settled)
+        loaded = abs(first_level(d, segment.dt_s) - UNLOADED) > LOADED * float(np.ptp(np.append(d, UNLOADED)))
+        found = _stood(missed, len(d)) if loaded else Beginning(UNLOADED)
+        return found if missed(found) < worst else settled
 
 
-Levels = Mapping[tuple[str, float], float]  # input before the first sample, by record and start of the segment
+def _stood(missed: Callable[[Beginning], float], longest: int) -> Beginning:
+    """How long the first load has stood after none: the best of all orders of magnitude, and between them."""
+    tried = [0, *(round(share * longest) for share in STOOD)]
+    squares = [missed(Beginning(UNLOADED, n)) for n in tried]
+    k = int(np.argmin(squares))
+    near = [n for n in tried[max(k - 1, 0) : k + 2] if n]
+    if len(near) < 2:
+        return Beginning(UNLOADED, tried[k])
+
+    def at(log: float) -> Beginning:
+        return Beginning(UNLOADED, round(np.exp(log)))
+
+    between = minimize_scalar(
+        lambda log: missed(at(log)), bounds=np.log(near[:: len(near) - 1]), options={"xatol": FINE}
+    )
+    return at(between.x) if between.fun < squares[k] else Beginning(UNLOADED, tried[k])
 
 
-def levels_of(simulate: Simulate, segments: Sequence[Segment]) -> Levels:
-    """Where segments begin."""
-    return {(s.record, s.start_s): level_before(simulate, s) for s in segments}
+def first_level(d: Floats, dt_s: float) -> float:
+    """The input (n,) at which a record begins."""
+    return float(d[: max(round(FIRST_S / dt_s), 1)].mean())
 
 
-def level_of(simulate: Simulate, segment: Segment, known: Levels) -> float:
-    """As `level_before`; where the first stretch is held back, as the same record was known to begin."""
+Beginnings = Mapping[tuple[str, float], Beginning]  # by record and start of the segment
+
+
+def beginnings_of(simulate: Simulate, segments: Sequence[Segment]) -> Beginnings:
+    """After what segments begin."""
+    return {(s.record, s.start_s): beginning_of(simulate, s) for s in segments}
+
+
+def known_beginning(simulate: Simulate, segment: Segment, known: Beginnings) -> Beginning:
+    """As `beginning_of`; where the first stretch is held back, as the same record was known to begin."""
     if stretch_of(segment) == 0 and (segment.record, segment.start_s) in known:
         return known[segment.record, segment.start_s]
-    return level_before(simulate, segment)
+    return beginning_of(simulate, segment)
 
 
-def begun_at(segment: Segment, level: float) -> Segment:
-    """The segment, at rest at this input before its first sample."""
-    return segment if level == float(segment.inputs[DEFORMATION][0]) else _extended(segment, np.array([level]))
+def begun_at(segment: Segment, beginning: Beginning) -> Segment:
+    """The segment with this past in front, without reference."""
+    front = _front(segment, beginning)
+    return _extended(segment, front) if len(front) else segment
 
 
-def from_level(simulate: Simulate, segment: Segment, level: float) -> Floats:
-    """Free run (n,) from rest at this input before the first sample."""
-    if level == float(segment.inputs[DEFORMATION][0]):
-        return simulate(segment)
-    return _after(simulate, segment, np.array([level]), np.array([1]))
+def run_from(simulate: Simulate, segment: Segment, beginning: Beginning) -> Floats:
+    """Free run (n,) behind this past."""
+    past = begun_at(segment, beginning)
+    return simulate(past)[len(past) - len(segment) :]
+
+
+def _front(segment: Segment, beginning: Beginning) -> Floats:
+    d = segment.inputs[DEFORMATION]
+    if beginning == Beginning(float(d[0])):
+        return np.empty(0)
+    return np.concatenate(([beginning.before], np.full(beginning.stood, first_level(d, segment.dt_s))))
 
 
 def of_the_past(simulate: Simulate, segment: Segment) -> Floats:
@@ -112,11 +161,12 @@ def _settling(segment: Segment) -> Segment:
 def with_past(simulate: Simulate, segment: Segment) -> Segment | None:
     """The segment with the past in front that its first stretch shows, without reference; None for a start at rest."""
     with np.errstate(all="ignore"):
-        level = level_before(simulate, segment)
-        levels = _levels(simulate, segment, segment.force_n - from_level(simulate, segment, level))
-    if levels is None and level != float(segment.inputs[DEFORMATION][0]):
-        return _extended(segment, np.array([level]))
-    return None if levels is None else _extended(segment, np.repeat(levels, _held(stretch_of(segment))))
+        beginning = beginning_of(simulate, segment)
+        levels = _levels(simulate, segment, segment.force_n - run_from(simulate, segment, beginning))
+    if levels is not None:
+        return _extended(segment, np.repeat(levels, _held(stretch_of(segment))))
+    begun = begun_at(segment, beginning)
+    return None if begun is segment else begun
 
 
 def stretch_of(segment: Segment) -> int:

@@ -15,7 +15,7 @@ from thrustd.core.errors import RecordingError, ThrustdError
 from thrustd.core.measures import held_out_groups
 from thrustd.identify.artifact import data_sha256, finished
 from thrustd.identify.checks import check_apart, check_records
-from thrustd.identify.first_state import levels_of
+from thrustd.identify.first_state import beginnings_of
 from thrustd.identify.regression.general import Asked
 from thrustd.identify.regression.solve import Progress as Told
 from thrustd.identify.report import Score, as_rows, as_table, errors_of, information
@@ -187,7 +187,7 @@ def score_structure(
     started = perf_counter()
     fitted = _fitted(structure, segments, fits, progress)
     fit_s = perf_counter() - started
-    known = levels_of(fitted.simulate, segments)  # what is held back of a record began where the record did
+    known = beginnings_of(fitted.simulate, segments)  # what is held back of a record began where the record did
     seen, new = errors_of(fitted, segments, known), errors_of(fitted, unseen, known)
     aic, bic = information(seen, fitted.n_parameters)
     figures = (seen, new, fit_s, fitted.n_parameters, aic, bic, fitted.same_as)

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms
-from thrustd.identify.first_state import Levels, from_level, level_of, simulated
+from thrustd.identify.first_state import Beginning, Beginnings, known_beginning, run_from, simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted, schwarz
 
@@ -47,12 +47,12 @@ class Score:
     same_as: str = ""  # the structure whose figures these are
 
 
-def errors_of(fitted: Fitted, segments: Sequence[Segment], known: Levels | None = None) -> Errors:
+def errors_of(fitted: Fitted, segments: Sequence[Segment], known: Beginnings | None = None) -> Errors:
     """Errors of one fitted structure; a run that grows beyond all measure is unstable, not a crash.
 
     `known`: where segments begin whose first stretch is held back from the eyes of this.
     """
-    runs = [_runs(fitted, segment, level_of(fitted.simulate, segment, known or {})) for segment in segments]
+    runs = [_runs(fitted, segment, known_beginning(fitted.simulate, segment, known or {})) for segment in segments]
     force, rested, error = (np.concatenate(part) for part in zip(*runs, strict=True))
     span = float(np.ptp(force))
     if not np.isfinite(error).all() or float(np.max(np.abs(error))) > RUNAWAY * span:
@@ -60,11 +60,11 @@ def errors_of(fitted: Fitted, segments: Sequence[Segment], known: Levels | None 
     return _errors(error, rested, force)
 
 
-def _runs(fitted: Fitted, segment: Segment, level: float) -> tuple[Floats, Floats, Floats]:
+def _runs(fitted: Fitted, segment: Segment, beginning: Beginning) -> tuple[Floats, Floats, Floats]:
     """Reference, error from rest and error from the state found, where there is a reference."""
     good = np.isfinite(segment.force_n)
     with np.errstate(all="ignore"):
-        from_rest = from_level(fitted.simulate, segment, level)
+        from_rest = run_from(fitted.simulate, segment, beginning)
         error = segment.force_n - simulated(fitted.simulate, segment, from_rest)
     return segment.force_n[good], (segment.force_n - from_rest)[good], error[good]
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from thrustd.identify.first_state import begun_at
+from thrustd.identify.first_state import Beginning, begun_at
 from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.friction import BESIDE, branched, law_of
@@ -207,7 +207,7 @@ def test_the_artifact_is_the_regression_within_a_tenth_of_the_noise():
     d, _, y = mount(friction_n=80.0)
     found = regress([segment(d, y)])
     spec = fitted_from(found, [segment(d, y)]).spec
-    began = begun_at(segment(d, np.zeros_like(y)), 0.0)
+    began = begun_at(segment(d, np.zeros_like(y)), Beginning(0.0))
     flown = -residuals(spec, began)[1:]
     model = simulate(found.shape, found.point, Record(d, y, DT_S, 0.0)) * found.shape.output_scale
     assert np.abs(flown - model).max() < 0.25 * NOISE_N

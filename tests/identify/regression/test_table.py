@@ -18,7 +18,7 @@ def test_a_curve_in_front_of_a_large_gain_keeps_its_bends():
     w, keep = 300.0 * d + 900.0 * d**3, np.exp(-DT_S / 0.4)
     force = w - lfilter([1.0 - keep], [1.0, -keep], w) + rng.normal(0.0, NOISE_N, len(d))
     segment = Segment("damper", 0.0, DT_S, {"deformation_mm": d}, force)
-    found = regress([segment])
+    found = regress([segment], settled=True)
     model = compile_model(spec_of(found, [segment], "damper"), 1.0 / DT_S)
     told = found.shape.output_scale * np.sqrt(found.mean_square)
     flown = np.sqrt(np.mean((force - model.simulate(model.inputs({"deformation_mm": d}))) ** 2))

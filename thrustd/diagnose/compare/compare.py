@@ -26,7 +26,7 @@ from thrustd.diagnose.compare.reference import BROCHURE, is_own_output, referenc
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.records import shared
-from thrustd.identify.first_state import from_level, level_before, simulated
+from thrustd.identify.first_state import beginning_of, run_from, simulated
 from thrustd.identify.segments import Segment, segments_of
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.calibrated import calibrated
@@ -122,7 +122,7 @@ def free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:
     def run(stretch: Segment) -> Floats:
         return simulate(spec, stretch)
 
-    from_rest = from_level(run, segment, level_before(run, segment))
+    from_rest = run_from(run, segment, beginning_of(run, segment))
     return from_rest, simulated(run, segment, from_rest)
 
 

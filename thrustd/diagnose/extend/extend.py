@@ -190,7 +190,7 @@ def _written(
         | {"extended_on": [f"{r.name} {data_sha256(r)}" for r in records], "longest_train_s": longest_s},
         ledger=[*parent.ledger, entry],
     )
-    begun = [begun_at(s, r.before) for s, r in zip(segments, fit.records, strict=True)]
+    begun = [begun_at(s, r.beginning) for s, r in zip(segments, fit.records, strict=True)]
     draft = _for_flight(draft, fit, begun)
     draft = msgspec.structs.replace(draft, error=_errors(draft, fit, begun))
     return msgspec.structs.replace(draft, witness=witness_rows(draft, 1.0 / segments[0].dt_s))

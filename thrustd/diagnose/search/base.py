@@ -13,7 +13,7 @@ import numpy as np
 
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.evidence import simulate
-from thrustd.identify.first_state import level_before
+from thrustd.identify.first_state import beginning_of
 from thrustd.identify.regression.bounds import HOLDS
 from thrustd.identify.regression.curve import travel
 from thrustd.identify.regression.friction import effects_of, stretched
@@ -93,9 +93,9 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         every = -(-sum(map(len, segments)) // SEARCHED)
         told = [replace(s, force_n=thinned(simulate(core, s), every)) for s in segments]
         promised_n = _promised(spec, segments)
-        found = regress(told, laws=())
+        found = regress(told, laws=(), settled=True)
         if np.sqrt(found.mean_square) * found.shape.output_scale > FOLLOWED * promised_n:  # its core rubs
-            found = regress(told, loose=False)
+            found = regress(told, loose=False, settled=True)
         stored, scale = kept(found), found.shape.output_scale
         promised = promised_n / scale
         noise = max(promised**2, every * found.noise_variance)
@@ -233,8 +233,8 @@ def _state_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
 def _states(shape: Shape, point: Point, loads: Mapping[int, float]) -> list[Term]:
     """What lags remember when records of these numbers begin under these loads, beside rest: by lag, its share.
 
-    The load has been there for ever or since this moment: a record is begun by the nearer of the two
-    (`level_before`), and anything between them is as likely as anything else.
+    A record begins after the past that its model as it is follows best (`beginning_of`): a load that has been there for
+    ever, for some time, or since this moment. It may have been another.
     """
     lags = zip(np.exp(point.log_tau), shape.output_scale * np.abs(point.gain), strict=True)
     memory = [(float(tau), STATE * float(size)) for tau, size in (*lags, *stretched(shape, point)) if size > 0.0]
@@ -278,12 +278,12 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             s.inputs[DEFORMATION],
             s.force_n / base.scale,
             s.dt_s,
-            level_before(run, s),
+            float(s.inputs[DEFORMATION][0]),
             {name: np.ascontiguousarray(column) for name, column in s.inputs.items()}
             | {"time_s": s.time_s}
             | hours_of(segments, s)
             | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
-        )
+        ).after(beginning_of(run, s))
         for i, s in enumerate(segments)
     ]
 

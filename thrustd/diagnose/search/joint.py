@@ -209,21 +209,21 @@ class Blocks:
 
 
 def block_equations(shape: Shape, point: Point, records: Sequence[Record], n_blocks: int = BLOCKS) -> Blocks:
-    total = sum(map(len, records))
+    total = sum(len(record) - record.stood for record in records)
     edges = np.arange(1, n_blocks) * total // n_blocks
     n = shape.n
     found = Blocks(np.zeros((n_blocks, n, n)), np.zeros((n_blocks, n)), np.zeros(n_blocks), np.zeros(n_blocks))
     passed = 0
     for record in records:
         for known, rows, missed in columns(shape, point, record):
-            lies_in = np.searchsorted(edges, passed + known, side="right")
+            lies_in = np.searchsorted(edges, passed + known - record.stood, side="right")
             for b in np.unique(lies_in):
                 own, left = rows[lies_in == b], missed[lies_in == b]
                 found.matrix[b] += own.T @ own
                 found.right[b] += own.T @ left
                 found.squares[b] += float(left @ left)
                 found.size[b] += len(left)
-        passed += len(record)
+        passed += len(record) - record.stood
     return found
 
 

@@ -91,7 +91,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         max(play_of(record.d) for record in records),
         {name: _ends(name, records) for name, parts in combined(records[0].channels).items() if len(parts) == 1},
         tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
-        lags_of([len(record) * record.dt_s for record in records], records[0].dt_s),
+        lags_of([(len(record) - record.stood) * record.dt_s for record in records], records[0].dt_s),
     )
 
 

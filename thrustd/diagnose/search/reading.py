@@ -59,6 +59,7 @@ def without_tremble(question: Question) -> Question:
     calm = of_segments(question, segments)
     if calm.base.as_is_mse >= question.base.as_is_mse:
         return question
+    calm = replace(calm, rows=[one.after(own.beginning) for own, one in zip(question.rows, calm.rows, strict=True)])
     base, pairs = calm.base, zip(question.rows, calm.rows, strict=True)
     by_noise = [simulate(base.shape, base.point, one) - simulate(base.shape, base.point, other) for one, other in pairs]
     tremble = float(np.nanvar(np.concatenate(by_noise)))

@@ -31,9 +31,10 @@ from thrustd.identify.regression.friction import BESIDE
 from thrustd.identify.regression.general import MOUNT, Asked, Kind, anew, fine, general_shape, holds_of, records_of
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
 from thrustd.identify.regression.pairs import with_best_pair
+from thrustd.identify.regression.past import counted, places_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
-from thrustd.identify.regression.regress import FIRST, begun_where, linear_point, regress, same_rubber, with_branches
+from thrustd.identify.regression.regress import FIRST, begun_as, linear_point, regress, same_rubber, with_branches
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
 from thrustd.identify.regression.sweep import simulate
@@ -142,7 +143,7 @@ class Field:
         """Squared errors (n_blocks,) of these outputs, in units of the solution."""
         blocks = []
         for out, whole in zip(outs, self.segments, strict=True):
-            missed = whole.force_n / found.shape.output_scale - out
+            missed = whole.force_n / found.shape.output_scale - out[len(out) - len(whole) :]
             blocks += [
                 float(np.nanmean(missed[part] ** 2)) for part in held.parts(whole) if np.isfinite(missed[part]).any()
             ]
@@ -253,7 +254,7 @@ def resolved(
     """The same hypothesis on other data, from where it stands."""
     shape, point = found.shape, found.point
     if shape.begun:
-        shape, point = anew(shape, point, len(segments))
+        shape, point = anew(shape, point, counted(places_of(shape, segments)))
     records = records_for(found, segments)
     if not shape.passive and sum(map(len, segments)) > MANY:
         records, given = sparse(shape, point, records), SETTLED
@@ -263,8 +264,7 @@ def resolved(
 
 def records_for(found: Solution, segments: Sequence[Segment]) -> list[Record]:
     """Begun as this solution follows them best."""
-    records = records_of(found.shape, segments)
-    return [begun_where(found, record) for record in records] if found.shape.passive else records
+    return begun_as(found, records_of(found.shape, segments), segments)
 
 
 def _ringing(competing: Field, best: Trial) -> Trial:

@@ -36,7 +36,7 @@ def candidates(dt_s: float, longest_s: float) -> Floats:
 def with_best_pair(found: Solution, records: Sequence[Record]) -> tuple[Shape, Point]:
     """The solution with one more pair, whose gain is still zero; all poles may move from here on."""
     shape, point = found.shape, found.point
-    parts = [head_of(record, ROWS, record.before) for record in records]
+    parts = [head_of(record, ROWS) for record in records]
     grid = candidates(records[0].dt_s, max(len(r) * r.dt_s for r in parts))
     best = grid[int(np.argmax(_explained(found, parts, grid)))]
     poles = np.vstack([point.log_pole, np.log(best)])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
+from thrustd.identify.first_state import Beginning, first_level
 from thrustd.identify.regression.terms import Seen
 from thrustd.identify.segments import DEFORMATION
 
@@ -16,15 +17,16 @@ Indices = NDArray[np.intp]
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """One stretch of data; `before`: the input at which everything had settled when it begins."""
+    """One stretch of data, with the past that suits it in front (`after`)."""
 
     d: Floats  # (n,) input
     y: Floats  # (n,) output in units of the shape's scale, NaN: not known
     dt_s: float
-    before: float
+    before: float  # the input at which everything had settled before the first sample
     channels: Mapping[str, Floats] = field(default_factory=dict)  # (n,) each, what effects read
     place: int | None = None  # among the records of which a point knows how they begin
     kept: dict[Any, Any] | None = None  # where few samples count: columns that no pass changes, made once
+    stood: int = 0  # samples in front of the data, without output
 
     def __len__(self) -> int:
         return len(self.d)
@@ -43,8 +45,34 @@ class Record:
         found: Indices = self.kept["known"]
         return found
 
+    @property
+    def beginning(self) -> Beginning:
+        return Beginning(self.before, self.stood)
 
-def head_of(record: Record, n: int, before: float) -> Record:
-    """Its first n samples, begun at another input."""
+    def after(self, beginning: Beginning) -> "Record":
+        """The same data with another past."""
+        if beginning == self.beginning:
+            return self
+        own = self.d[self.stood :]
+        stood = np.full(beginning.stood, first_level(own, self.dt_s))
+        unknown = np.full(beginning.stood, np.nan)
+
+        def behind(column: Floats) -> Floats:
+            return np.concatenate((np.full(beginning.stood, column[0]), column[self.stood :]))
+
+        return replace(
+            self,
+            d=np.concatenate((stood, own)),
+            y=np.concatenate((unknown, self.y[self.stood :])),
+            before=beginning.before,
+            channels={name: behind(column) for name, column in self.channels.items()},
+            kept=None if self.kept is None else {},
+            stood=beginning.stood,
+        )
+
+
+def head_of(record: Record, n: int) -> Record:
+    """Its past and the first n samples of its data."""
+    n += record.stood
     channels = {name: column[:n] for name, column in record.channels.items()}
-    return replace(record, d=record.d[:n], y=record.y[:n], before=before, channels=channels, kept=None)
+    return replace(record, d=record.d[:n], y=record.y[:n], channels=channels, kept=None)

@@ -18,6 +18,7 @@ import numpy as np
 from thrustd.core.blas import one_thread
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.identify.first_state import Beginning
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.friction import (
     YIELDING,
@@ -28,6 +29,7 @@ from thrustd.identify.regression.friction import (
     law_of,
     yielding,
 )
+from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, remembering
 from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, noise_level, solve, surprise
@@ -44,8 +46,6 @@ FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "
 RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
-LONG_H = 0.5  # of a recording that tells a walk
-SWINGS = 2 * len(NAMES)  # blocks of a recording, two of every half swing of its fastest mode
 WALK_WORTH = 0.03  # of the squared error: what removes less is left out
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
@@ -57,15 +57,19 @@ def regress(
     laws: Sequence[Effect] = YIELDING,
     *,
     loose: bool = True,
+    settled: bool = False,
 ) -> Solution:
     """The most probable mount, yielding by the best of these laws; `loose`: its joints may be. No law: it does not rub.
 
-    RecordingError when the data tell nothing.
+    `settled`: no record begins with a past (`past`). RecordingError when the data tell nothing.
     """
     shape, records = prepared(segments)
     none = np.zeros(0)
     plain = replace(shape, terms=()) if laws else replace(shape, terms=(), radii=none, grows=False)  # see `begun_where`
     found, records = _unyielding(plain, records, progress)
+    if not settled:
+        found, records = remembering(found, segments, records, progress)
+    plain, shape = found.shape, replace(found.shape, terms=shape.terms)
     counts = sum(len(record.known) for record in records)
 
     def tried(shape: Shape, point: Point) -> Solution:
@@ -111,8 +115,7 @@ def with_branches(
     """The same mount with branches of this law beside the spring."""
     shape = replace(found.shape, terms=(*found.shape.terms, branches_beside(found.shape, law)))
     point = replace(found.point, terms=np.concatenate((found.point.terms, begun(shape.terms[-1:]))))
-    records = [begun_where(found, record) for record in prepared(segments)[1]]
-    return solve(shape, point, records, found.precisions, progress=progress)
+    return solve(shape, point, begun_as(found, prepared(segments)[1], segments), found.precisions, progress=progress)
 
 
 def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
@@ -130,7 +133,7 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
     long = [lasts_h(term) >= LONG_H for term in walks(segments, size_n)]
     if not any(long):
         return found
-    records = [begun_where(found, record) for record in prepared(segments)[1]]
+    records = begun_as(found, prepared(segments)[1], segments)
 
     def ended(point: Point, *, sized: bool) -> Solution:
         walking = list(compress(walks(segments, size_n, sized), long))
@@ -150,6 +153,13 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
     other = min(trials, key=unlikely)
     likelier = unlikely(other) < unlikely(found)
     return other if likelier and other.mean_square < (1.0 - WALK_WORTH) * found.mean_square else found
+
+
+def begun_as(found: Solution, records: Sequence[Record], segments: Sequence[Segment]) -> list[Record]:
+    """Records of these segments with the past that the solution has of them, or rubber follows best."""
+    if not found.shape.passive:
+        return list(records)
+    return as_begun(found, [begun_where(found, record) for record in records], segments)
 
 
 def same_rubber(rubber: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
@@ -240,11 +250,16 @@ def linear_point(shape: Shape, records: Sequence[Record]) -> Point:
 
 
 def begun_where(found: Solution, record: Record) -> Record:
-    """As it was, or the other of unloaded and settled where the first tenth follows that clearly better."""
+    """As it was, or the other of unloaded and settled where the first tenth follows that clearly better.
+
+    A load that has stood for some time is kept: fits of one record are compared sample by sample.
+    """
+    if record.stood:
+        return record
     n, unloaded, settled = max(2, len(record) // 10), found.shape.zero, float(record.d[0])
 
     def missed(before: float) -> float:
-        trial = head_of(record, n, before)
+        trial = head_of(record.after(Beginning(before)), n)
         return float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
 
     other = unloaded if record.before == settled else settled

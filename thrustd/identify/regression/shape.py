@@ -37,6 +37,7 @@ class Shape:
     limits_s: tuple[float, float] = (0.0, np.inf)  # of time constants that move: faster or slower is not in the data
     grows: bool = False  # friction with the deformation
     begun: int = 0  # records, the first ones, whose lags and pairs do not begin settled, but anywhere
+    stood: tuple[int, ...] = ()  # samples for which the first load of each record has been there before it, after none
     zero_std: float = np.inf  # one sigma of the offset where it is known from other records
 
     @property

@@ -1,0 +1,110 @@
+"""What a mount remembers when a record begins under load: rest, a first load that has stood for a while, or anything.
+
+Three hypotheses of one record, and beside them a cell that walks, which looks alike for as long as a memory fades. The
+evidence says which. In a load that has stood, all lags have one number in common, and how they go on forgetting tells
+their gains; where several loads came before, every lag has a number of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from thrustd.identify.first_state import LOADED, STOOD, Beginning, first_level
+from thrustd.identify.regression.curve import travel
+from thrustd.identify.regression.record import Record
+from thrustd.identify.regression.shape import Shape
+from thrustd.identify.regression.solve import Progress, Solution, noise_level, solve, surprise
+from thrustd.identify.regression.walk import NAMES, SIZE, lasts_h, walks
+from thrustd.identify.segments import DEFORMATION, Segment
+
+LONG_H = 0.5  # of a recording that tells a walk
+SWINGS = 2 * len(NAMES)  # blocks of a recording, two of every half swing of its fastest mode
+PAST = float(np.log(1e4))  # of the likelihood, by which a past under load takes the place of rest, or of a walk
+
+
+def remembering(
+    found: Solution, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
+) -> tuple[Solution, list[Record]]:
+    """The same mount, remembering a past under load, where these data are surely likelier so.
+
+    The first load may have stood for some time after none, or others before it, of which every lag may remember
+    anything. Likelier than from rest, and than by a cell that walks, which looks alike for as long as a memory fades.
+    """
+    places = places_of(found.shape, segments)
+    if not counted(places):
+        return found, list(records)
+    lasting = noise_level(found.normal.residuals, SWINGS)
+
+    def unlikely(one: Solution) -> float:
+        return surprise(one, lasting)
+
+    shape, rows = _placed(found.shape, records, places)
+    point = replace(found.point, begin=np.zeros(shape.sizes["begin"]))
+    begun = solve(shape, point, rows, found.precisions | {"begin": 1.0}, progress=progress)
+    walking = _walking(found, segments, records, progress)
+    least = min(unlikely(one) for one in (found, walking) if one is not None) - 2.0 * PAST
+    stood = [_stood(found, records, places, share, progress) for share in STOOD]
+    likeliest = min((one for one, _ in stood), key=unlikely)
+    any_time = unlikely(likeliest) - 2.0 * logsumexp([0.5 * (unlikely(likeliest) - unlikely(one)) for one, _ in stood])
+    any_time += 2.0 * np.log(len(stood))
+    if min(unlikely(begun), any_time) > least:
+        return found, list(records)
+    return (begun, rows) if unlikely(begun) < any_time else min(stood, key=lambda each: unlikely(each[0]))
+
+
+def _stood(
+    found: Solution, records: Sequence[Record], places: Sequence[int | None], share: float, progress: Progress | None
+) -> tuple[Solution, list[Record]]:
+    """The same mount, the first load of loaded records there for such a share of their time before, after none."""
+    stood = tuple(
+        0 if place is None else round(share * len(record)) for place, record in zip(places, records, strict=True)
+    )
+    rows = _after(records, found.shape.zero, stood)
+    return solve(replace(found.shape, stood=stood), found.point, rows, found.precisions, progress=progress), rows
+
+
+def _after(records: Sequence[Record], zero: float, stood: Sequence[int]) -> list[Record]:
+    return [one.after(Beginning(zero, n)) if n else one for one, n in zip(records, stood, strict=True)]
+
+
+def _placed(shape: Shape, records: Sequence[Record], places: Sequence[int | None]) -> tuple[Shape, list[Record]]:
+    """With numbers for what these records remember when they begin."""
+    rows = [replace(record, place=place) for record, place in zip(records, places, strict=True)]
+    return replace(shape, begun=counted(places)), rows
+
+
+def _walking(
+    found: Solution, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
+) -> Solution | None:
+    """The same mount, measured by a cell that walks; None in recordings that are too short to tell."""
+    terms = [term for term in walks(segments, SIZE * found.shape.output_scale) if lasts_h(term) >= LONG_H]
+    if not terms:
+        return None
+    shape = replace(found.shape, terms=(*found.shape.terms, *terms))
+    point = replace(found.point, terms=np.concatenate((found.point.terms, np.zeros(len(terms) * len(NAMES)))))
+    strengths = found.precisions | {term.effect.name: 1.0 for term in terms}
+    return solve(shape, point, records, strengths, progress=progress)
+
+
+def as_begun(found: Solution, records: Sequence[Record], segments: Sequence[Segment]) -> list[Record]:
+    """With the past that the solution has of them."""
+    if found.shape.begun:
+        return _placed(found.shape, records, places_of(found.shape, segments))[1]
+    stood = found.shape.stood
+    return _after(records, found.shape.zero, stood) if len(stood) == len(records) else list(records)
+
+
+def places_of(shape: Shape, segments: Sequence[Segment]) -> list[int | None]:
+    """Of records among those of which a point knows how they begin: of rubber, those that begin under a load."""
+    least, found = LOADED * travel(shape.f_grid), list[int | None]()
+    for segment in segments:
+        loaded = abs(first_level(segment.inputs[DEFORMATION], segment.dt_s) - shape.zero) > least
+        found.append(counted(found) if loaded or not shape.passive else None)
+    return found
+
+
+def counted(places: Sequence[int | None]) -> int:
+    """How many have one."""
+    return sum(place is not None for place in places)
