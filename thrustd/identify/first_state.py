@@ -45,7 +45,7 @@ BEGUN_BETTER = 0.9  # of the stretch's sum of squares, from which on another beg
 FIRST_S = 1.0  # whose mean is the first level
 LOADED = 0.02  # of the input's range: what begins nearer to no load has not stood under any
 FINE = 0.03  # of how long it has stood: as fine as is looked for
-STOOD = np.geomspace(1e-3, 1.0, 10)  # of a record: how long its first load may have stood
+STOOD, MOST = np.geomspace(1e-3, 1.0, 10), 200_000  # of a record, samples: how long its first load may have stood
 
 
 class Beginning(NamedTuple):
@@ -68,7 +68,7 @@ def beginning_of(simulate: Simulate, segment: Segment) -> Beginning:
     with np.errstate(all="ignore"):
         worst = BEGUN_BETTER * missed(settled)
         loaded = abs(first_level(d, segment.dt_s) - UNLOADED) > LOADED * float(np.ptp(np.append(d, UNLOADED)))
-        found = _stood(missed, len(d)) if loaded else Beginning(UNLOADED)
+        found = _stood(missed, min(len(d), MOST)) if loaded else Beginning(UNLOADED)
         return found if missed(found) < worst else settled
 
 

@@ -48,10 +48,11 @@ def explained(question: Question, ranked: Ranked) -> Explained:
     sets = [told(base, records, fit, sum(map(len, records))) for fit in sets]
     found = []
     for i, (record, segment) in enumerate(zip(records, question.segments, strict=True)):
-        time_s = record.channels["time_s"]
+        channels = {name: column[record.stood :] for name, column in record.channels.items()}
+        time_s, channels[DEFORMATION] = channels["time_s"], record.d[record.stood :]
         own_n = np.interp(time_s, segment.time_s, segment.force_n - free_runs(question.spec, segment)[1])
-        taken = tuple(own_n - base.scale * fit.solution.normal.residuals[i] for fit in sets)
-        found.append(Stretch(time_s, record.dt_s, dict(record.channels) | {DEFORMATION: record.d}, own_n, taken))
+        taken = tuple(own_n - base.scale * fit.solution.normal.residuals[i][record.stood :] for fit in sets)
+        found.append(Stretch(time_s, record.dt_s, channels, own_n, taken))
     return Explained(
         tuple(fit.words for fit in sets),
         tuple(tuple(term.effect.name for term in fit.terms) for fit in sets),

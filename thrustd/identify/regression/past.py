@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import logsumexp
 
-from thrustd.identify.first_state import LOADED, STOOD, Beginning, first_level
+from thrustd.identify.first_state import LOADED, MOST, STOOD, Beginning, first_level
 from thrustd.identify.regression.curve import travel
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Shape
@@ -59,7 +59,8 @@ def _stood(
 ) -> tuple[Solution, list[Record]]:
     """The same mount, the first load of loaded records there for such a share of their time before, after none."""
     stood = tuple(
-        0 if place is None else round(share * len(record)) for place, record in zip(places, records, strict=True)
+        0 if place is None else round(share * min(len(record), MOST))
+        for place, record in zip(places, records, strict=True)
     )
     rows = _after(records, found.shape.zero, stood)
     return solve(replace(found.shape, stood=stood), found.point, rows, found.precisions, progress=progress), rows
