@@ -259,7 +259,7 @@ def begun_where(found: Solution, record: Record) -> Record:
     n, unloaded, settled = max(2, len(record) // 10), found.shape.zero, float(record.d[0])
 
     def missed(before: float) -> float:
-        trial = head_of(record.after(Beginning(before)), n)
+        trial = head_of(record, n).after(Beginning(before))
         return float(np.nansum((trial.y - simulate(found.shape, found.point, trial)) ** 2))
 
     other = unloaded if record.before == settled else settled

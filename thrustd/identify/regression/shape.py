@@ -36,7 +36,7 @@ class Shape:
     h_straight_from: float = -np.inf  # above this x h has no straight part of its own: that is the scale of f
     limits_s: tuple[float, float] = (0.0, np.inf)  # of time constants that move: faster or slower is not in the data
     grows: bool = False  # friction with the deformation
-    begun: int = 0  # records, the first ones, whose lags and pairs do not begin settled, but anywhere
+    begun: int = 0  # records, those with a place, whose lags and pairs do not begin settled, but anywhere
     stood: tuple[int, ...] = ()  # samples for which the first load of each record has been there before it, after none
     zero_std: float = np.inf  # one sigma of the offset where it is known from other records
 
