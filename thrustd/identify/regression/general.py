@@ -8,7 +8,6 @@ import numpy as np
 
 from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.even import BEYOND
-from thrustd.identify.regression.past import places_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import KNOTS, prepared
 from thrustd.identify.regression.shape import Hold, Point, Shape
@@ -91,7 +90,7 @@ def records_of(shape: Shape, segments: Sequence[Segment]) -> list[Record]:
             dict(s.inputs) | hours_of(segments, s),
             place if shape.begun and not shape.passive else None,
         )
-        for place, s in zip(places_of(shape, segments), segments, strict=True)
+        for place, s in enumerate(segments)
     ]
 
 
