@@ -58,7 +58,7 @@ class Effect:
     variant_of: str = ""  # another formulation of that effect; reports use that word
     lags: Callable[[Mapping[str, float]], list[tuple[float, float]]] | None = None  # of a linear one: tau_s, gain
     elements: Any = None  # compiled (x, c, u, wanted, out): what each of many amplitudes adds by 1, all in one pass
-    ahead_s: Callable[[Mapping[str, float]], float] | None = None  # lateness of the reading: only a record can undo it
+    ahead: str = ""  # the parameter that is a lateness of the reading, in seconds: only a record can undo it
 
     @property
     def word(self) -> str:
@@ -68,6 +68,10 @@ class Effect:
     def neutral(self) -> dict[str, float]:
         """Parameters with which the effect does nothing."""
         return {p.name: p.neutral if p.amplitude else p.starts[0] for p in self.parameters}
+
+    def does_nothing(self, parameters: Mapping[str, float]) -> bool:
+        """Whether all amplitudes are neutral."""
+        return all(parameters[p.name] == p.neutral for p in self.parameters if p.amplitude)
 
     def stage(self, parameters: Mapping[str, float], dt_s: float) -> Stage:
         """The effect as a stage of a chain at one sample period; a linear one alone, without the block it widens."""

@@ -69,7 +69,7 @@ def _modulated(name: str, channel: str, effect: Effect) -> Effect:
         equation=f"{effect.equation}, times max(({channel} - a) / (b - a), 0)^n",
         lags=None,
         elements=None,
-        ahead_s=None,
+        ahead="",
     )
 
 

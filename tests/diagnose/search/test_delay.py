@@ -80,3 +80,21 @@ def test_a_reading_behind_a_slow_filter_is_late_and_no_dashpot():
     assert (found.effect, found.name) == ("time_delay", "time_delay_lag")
     assert found.parameters[0].value == pytest.approx(LATE_S, rel=0.1)
     assert found.rmse_after_n < 12.5
+
+
+def test_a_bus_behind_a_filter_is_one_effect():
+    lag_s, data = 0.3, columns()
+    share = -np.expm1(-DT_S / lag_s)
+    d = data["deformation_mm"]
+    filtered = lfilter([share], [1.0, share - 1.0], d, zi=[(1.0 - share) * d[0]])[0]
+    model = compile_model(mount(), 1 / DT_S)
+    force = model.simulate(model.inputs(data)) + np.random.default_rng(5).normal(0, 12.0, len(d))
+    reading = np.interp(data["time_s"] - LATE_S, data["time_s"], filtered)
+    report = diagnose(mount(), [make_recording("measured", data | {"deformation_mm": reading, "force_N": force})])
+    assert report.verdict == ("time_delay",)
+    found = report.candidates[0]
+    assert found.name == "time_delay_filter"
+    assert found.rmse_after_n < 12.5
+    times = {number.name: number for number in found.parameters}
+    for name, true_s in (("delay_s", LATE_S), ("lag_s", lag_s)):
+        assert times[name].value == pytest.approx(true_s, abs=0.08)

@@ -10,9 +10,10 @@ from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.base import SEARCHED, base_of, is_nuisance, records_of
+from thrustd.diagnose.search.blocks import block_equations, std_over
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.grow import begin_at
-from thrustd.diagnose.search.joint import block_equations, counted, joint_fit, std_over, told
+from thrustd.diagnose.search.joint import counted, joint_fit, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import exchanged, look

@@ -37,5 +37,5 @@ def test_an_effect_that_another_fit_does_without_is_disputed():
     moved = best.solution.point.terms.copy()
     moved[number] = 0.0
     without = replace(best, solution=replace(best.solution, point=replace(best.solution.point, terms=moved)))
-    assert disputed(question.base, best, [without]) == {"ageing"}
-    assert disputed(question.base, best, [best]) == set()
+    assert disputed(best, [without]) == {"ageing"}
+    assert disputed(best, [best]) == set()

@@ -49,3 +49,13 @@ def test_under_a_load_for_ever_all_of_it_has_crept():
         held = _back(effect_named(name), said | {"settled": 1.0}, np.ones(50))
         np.testing.assert_allclose(held, held[0], rtol=1e-12)
         assert held[0] < 0.95
+
+
+@given(st.floats(0.001, 0.1), st.floats(0.1, 0.7))
+def test_a_power_of_time(share, power):
+    """A deformation of 1 that comes at once reads 1 + s (t / 1 min)^n, to the coarseness of two lags a decade."""
+    creep = effect_named("creep_power")
+    time_s = np.arange(1, 7201) * DT_S
+    reading = 1.0 + share * (time_s / 60.0) ** power
+    elastic = _back(creep, {"creep_at_minute": share, "power": power, "settled": 0.0}, reading)
+    np.testing.assert_allclose(elastic[60:] - 1.0, 0.0, atol=0.04 * (reading.max() - 1.0))

@@ -216,7 +216,7 @@ def _for_flight(spec: ModelSpec, fit: Joint, segments: Sequence[Segment]) -> Mod
     """The best of the starts of what matters only in flight: how a late reading is extrapolated."""
     for i, present in enumerate(spec.effects):
         effect = effect_named(present.name)
-        if effect.ahead_s is None or effect.word not in fit.words:
+        if not effect.ahead or effect.word not in fit.words:
             continue
         fixed = [p for p in effect.parameters if not p.estimate]
         trials = []

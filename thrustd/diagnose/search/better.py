@@ -1,6 +1,7 @@
 """Which of two sets of effects is better, on blocks of time held back, and which channels say most."""
 
 from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 
 import numpy as np
 
@@ -105,6 +106,12 @@ def clearest(curves: Sequence[Followed]) -> tuple[Followed, ...]:
     """Three at most; of those that say nearly as much as the best, one channel before two combined."""
     best = min(curves, key=lambda c: c.mse, default=None)
     return tuple(sorted(curves, key=lambda c: (not nearly(best, c), len(c.parts), c.mse))[:3])
+
+
+def another(curves: Sequence[Followed], own: AbstractSet[str]) -> list[Followed]:
+    """Those along other channels than a law's own; one of them times what hardly varies is no other."""
+    same = [one for one in curves if set(one.parts) <= own]
+    return [c for c in curves if c not in same and not any(set(s.parts) < set(c.parts) and nearly(c, s) for s in same)]
 
 
 def nearly(best: Followed | None, other: Followed) -> bool:

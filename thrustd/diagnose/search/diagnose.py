@@ -19,7 +19,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import WORTH, borrowed, clearest, look_alikes, nearly, rivals, stands
+from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, nearly, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
@@ -134,7 +134,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
     own = {channel for law in laws for channel in law.channels}
-    curves = [c for c in ranked.curves if not set(c.parts) <= own and not borrowed(c, best)]
+    curves = [c for c in another(ranked.curves, own) if not borrowed(c, best)]
     several = len(best.terms) > 1 or (best.terms and not laws)
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
@@ -244,7 +244,7 @@ def _said(base: Base, best: Joint, nothing: Joint, effect: Effect) -> str:
         f"{effect.word}{together} removes {removed:.0f} % of the squared error on held-back blocks"
         f" ({newtons(scale * was**0.5)} -> {newtons(scale * best.mse**0.5)} {base.roles.unit}),"
         f" better in {int(np.count_nonzero(fall > 0))} of {len(fall)} blocks"
-        + (", looking ahead in the record where one is late: in flight that is extrapolated" if effect.ahead_s else "")
+        + (", looking ahead in the record where one is late: in flight that is extrapolated" if effect.ahead else "")
     )
 
 

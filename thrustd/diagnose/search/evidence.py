@@ -16,13 +16,14 @@ from thrustd.model.stage import Floats, free_run
 
 
 def lateness(spec: ModelSpec) -> tuple[ModelSpec, float]:
-    """The model without the effects that a record can undo by looking ahead, or back, in it, and how far, s."""
+    """The model without what a record can undo by looking ahead, or back, in it, and how far, s."""
     late_s, rest = 0.0, []
     for present in spec.effects:
-        ahead_s = effect_named(present.name).ahead_s
-        this_s = ahead_s(present.parameters) if ahead_s is not None else 0.0
-        late_s += this_s
-        rest += [present] if this_s == 0.0 else []
+        effect = effect_named(present.name)
+        if late := effect.ahead:
+            late_s += present.parameters[late]
+            present = msgspec.structs.replace(present, parameters=dict(present.parameters) | {late: 0.0})
+        rest += [] if late and effect.does_nothing(present.parameters) else [present]
     return (spec, 0.0) if late_s == 0.0 else (msgspec.structs.replace(spec, effects=rest), late_s)
 
 

@@ -1,34 +1,25 @@
 """One joint fit: core, friction and chosen effects on the new records, the core under what the bench said of it.
 
-What a fit is worth is told by blocks of time held back: with the normal equations of every block at hand, the estimate
-without a group of blocks and the error on them follow from the linearisation at the optimum, without another pass.
+What a fit is worth is told by blocks of time held back (`blocks`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
-from thrustd.core.measures import held_out_groups
 from thrustd.diagnose.search.base import Base, is_nuisance, plateau, thinned
-from thrustd.identify.regression.bounds import bounded, inverse
+from thrustd.diagnose.search.blocks import block_equations, from_nothing, held_back, std_over
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
-from thrustd.identify.regression.shape import SPECTRUM, Point, Shape
-from thrustd.identify.regression.solve import Given, Solution, noise_level, prior_of, solve
-from thrustd.identify.regression.sweep import columns
-from thrustd.identify.regression.terms import Term, split
+from thrustd.identify.regression.shape import SPECTRUM, Shape
+from thrustd.identify.regression.solve import Given, Solution, noise_level, solve
+from thrustd.identify.regression.terms import Term
 from thrustd.identify.regression.walk import walking
 from thrustd.model.modulated import BY
 
-BLOCKS = 48  # of equal length over all records
-TOGETHER = 1, 2, 4, 8, 16  # blocks whose scores are summed before they are compared: up to a third of the records
-UPPER = 0.975  # of the distribution: 95 % intervals
-FOLDS = 6  # groups of blocks held back in turn
 BEGIN = 0.02  # of its prior's sigma: where an amplitude begins, so that its shape can move
 ITERATIONS = 12
 SMOOTH = 1e-6  # roughness of a curve that is as good as straight
@@ -85,9 +76,22 @@ class Joint:
         Blocks that follow one another share what drifts, and agree on a fit to it. The elements of a spectrum, of
         which none says much alone, are judged by the blocks; in proportion to a channel they claim more than to exist.
         """
-        numbers = self.solution.point.vector(self.solution.shape), self.telling
-        parts = zip(self.terms, *(split(self.terms, each[self.new]) for each in numbers), strict=True)
-        return all(_shown(*part) for part in parts)
+        return all(sigmas > SURE for sigmas in self.sigmas)
+
+    @property
+    def sigmas(self) -> tuple[float, ...]:
+        """How far the amplitudes of every new term are from nothing, all together; infinite for a spectrum.
+
+        As standard errors of one number that is as unlikely to be nothing (Wald, Trans. Am. Math. Soc. 54 (1943) 426):
+        what two amplitudes share is told although neither is.
+        """
+        found, at, sigmas = self.solution, self.new.start, []
+        for term in self.terms:
+            own = [at + i for i, p in enumerate(term.free) if p.amplitude and not p.beside]
+            at += len(term.free)
+            spectrum = len(own) >= SPECTRUM and BY not in term.effect.name
+            sigmas.append(np.inf if spectrum else from_nothing(found, self.telling, own))
+        return tuple(sigmas)
 
     @property
     def telling(self) -> Floats:
@@ -137,12 +141,6 @@ def joint_fit(
     walk = found.point.terms[walking(found.shape.terms)]
     moved = prior.cost(found.point.vector(found.shape)) if base.benched else 0.0
     return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved, float(walk @ walk))
-
-
-def _shown(term: Term, size: Floats, std: Floats) -> bool:
-    amplitude = np.array([p.amplitude and not p.beside for p in term.free], bool)
-    spectrum = amplitude.sum() >= SPECTRUM and BY not in term.effect.name
-    return spectrum or bool(np.any(np.abs(size[amplitude]) > SURE * std[amplitude]))
 
 
 def _near(level: float, promised: float) -> bool:
@@ -198,35 +196,6 @@ def prior_from(base: Base, shape: Shape) -> Known:
     return Known.of(shape, mean, matrix)
 
 
-@dataclass(frozen=True, slots=True)
-class Blocks:
-    """Normal equations block by block: J'J (b, n, n), J'r (b, n), r'r (b,), samples (b,)."""
-
-    matrix: Floats
-    right: Floats
-    squares: Floats
-    size: Floats
-
-
-def block_equations(shape: Shape, point: Point, records: Sequence[Record], n_blocks: int = BLOCKS) -> Blocks:
-    total = sum(len(record) - record.stood for record in records)
-    edges = np.arange(1, n_blocks) * total // n_blocks
-    n = shape.n
-    found = Blocks(np.zeros((n_blocks, n, n)), np.zeros((n_blocks, n)), np.zeros(n_blocks), np.zeros(n_blocks))
-    passed = 0
-    for record in records:
-        for known, rows, missed in columns(shape, point, record):
-            lies_in = np.searchsorted(edges, passed + known - record.stood, side="right")
-            for b in np.unique(lies_in):
-                own, left = rows[lies_in == b], missed[lies_in == b]
-                found.matrix[b] += own.T @ own
-                found.right[b] += own.T @ left
-                found.squares[b] += float(left @ left)
-                found.size[b] += len(left)
-        passed += len(record) - record.stood
-    return found
-
-
 def _shapes(shape: Shape, new: int) -> Flags:
     """Which numbers (n,) are shapes of the last `new` terms."""
     found = np.zeros(shape.n, bool)
@@ -234,55 +203,6 @@ def _shapes(shape: Shape, new: int) -> Flags:
     own = [not p.amplitude for term in shape.terms[len(shape.terms) - new :] for p in term.free]
     found[last - len(own) : last] = own
     return found
-
-
-def std_over(found: Solution, blocks: Blocks, held: Flags | None = None) -> Floats:
-    """One sigma (n,): the posterior's, or what the blocks disagree by where that is more; 0 where a bound holds.
-
-    held: numbers that are as they are, as if they were known.
-
-    Scores of blocks of time scatter by all that the noise of the likelihood leaves out: errors that last, laws that
-    do not hold exactly (White, Econometrica 50 (1982) 1; blocks: Kuensch, Ann. Statist. 17 (1989) 1217). What drifts
-    for longer than a block shows in several of them together.
-    """
-    free = found.free if held is None else found.free & ~held
-    scores = (blocks.right / found.noise_variance)[:, free]
-    scores = scores - scores.mean(axis=0)
-    covariance = inverse(found.information[np.ix_(free, free)])
-    moved, std = scores @ covariance, np.zeros(len(free))
-    std[free] = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    for width in TOGETHER:
-        groups = moved.reshape(-1, width, moved.shape[1]).sum(axis=1)
-        count = len(groups)
-        unsure = student.ppf(UPPER, count - 1) / norm.ppf(UPPER)  # a scatter that few groups tell
-        std[free] = np.maximum(std[free], unsure * np.sqrt((groups**2).sum(axis=0) * count / (count - 1)))
-    return std
-
-
-def held_back(found: Solution, blocks: Blocks, prior: Known) -> Floats:
-    """Mean square error (n_blocks,) of every block when its group is left out of the estimate."""
-    vector = found.point.vector(found.shape)
-    groups = prior_of(found.shape, found.precisions)
-    matrix, pull = groups + prior.information(vector), groups @ vector - prior.downhill(vector)
-    squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive())
-    return squares / np.maximum(blocks.size, 1.0)
-
-
-def held_back_squares(
-    blocks: Blocks, vector: Floats, prior: Floats, pull: Floats, noise: float, positive: Flags
-) -> Floats:
-    """Sum of squares per block, by the linearisation at `vector`; pull: gradient of the prior there."""
-    squares = np.empty(len(blocks.size))
-    whole, right = blocks.matrix.sum(axis=0), blocks.right.sum(axis=0)
-    for fold in range(FOLDS):
-        mine = held_out_groups(len(squares), FOLDS) == fold
-        matrix, towards = blocks.matrix[mine], blocks.right[mine]
-        information = (whole - matrix.sum(axis=0)) / noise + prior
-        gradient = (right - towards.sum(axis=0)) / noise - pull
-        new, _ = bounded(information, gradient + information @ vector, positive)
-        step = new - vector
-        squares[mine] = blocks.squares[mine] - 2 * towards @ step + matrix @ step @ step
-    return np.maximum(squares, 0.0)
 
 
 def unlikely(fit: Joint, noise: float) -> float:

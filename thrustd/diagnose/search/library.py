@@ -190,7 +190,7 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     begins = [rig.begins_degc[name] for name in effect.channels if name in rig.begins_degc]
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
-    anchors |= dict(zip(("fastest_s", "slowest_s"), rig.lags_s, strict=True))
+    anchors |= dict(zip(("range_mm", "fastest_s", "slowest_s"), (rig.travel, *rig.lags_s), strict=True))
     anchors |= {
         "flow_mm": FLOW * rig.travel,
         "growth": rig.growth,

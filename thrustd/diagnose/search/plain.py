@@ -27,7 +27,7 @@ def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) 
     best, fits = plain(base, records, ranked.best, rig), list(ranked.fits)
     while True:
         fits += elsewhere(base, records, best, rig)
-        words = disputed(base, best, rivals(best, fits))
+        words = disputed(best, rivals(best, fits))
         if not words:
             real = mostly(ranked.nothing, best, base) or eased(ranked.nothing, best)
             best = best if real else ranked.nothing

@@ -12,7 +12,8 @@ import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.joint import BLOCKS, Blocks, Joint, held_back_squares, prior_from
+from thrustd.diagnose.search.blocks import BLOCKS, Blocks, held_back_squares
+from thrustd.diagnose.search.joint import Joint, prior_from
 from thrustd.diagnose.search.library import Rig, modulations
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import SPECTRUM

@@ -1,7 +1,7 @@
 """Parameters of effects as a joint fit tells them, with one sigma each."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import floor, log10
 from typing import Any
 
@@ -95,15 +95,14 @@ def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[P
     return [line for term, spec in _new(base, fit) for line in lines_of(base, term, spec, others)]
 
 
-def disputed(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
+def disputed(fit: Joint, rivals: Sequence[Joint]) -> set[str]:
     """Effects that this fit, or a rival, does not tell from nothing (95 %); a spectrum is told by the blocks."""
-    found = set()
-    for one in (fit, *rivals):
-        for term, spec in _new(base, replace(one, std=one.telling)):
-            away = {p.name: abs(spec.parameters[p.name] - p.neutral) for p in term.free if p.amplitude and not p.beside}
-            if len(away) < SPECTRUM and all(by <= SIGMAS_95 * spec.std[name] for name, by in away.items()):
-                found.add(term.effect.word)
-    return found
+    return {
+        term.effect.word
+        for one in (fit, *rivals)
+        for term, sigmas in zip(one.terms, one.sigmas, strict=True)
+        if sigmas <= SIGMAS_95
+    }
 
 
 def unsized(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:

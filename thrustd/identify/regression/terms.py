@@ -122,9 +122,9 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
         if term.effect.site != "deformation":
             continue
         values = term.values(own)
-        if term.effect.ahead_s is not None:  # a record allows to look ahead, which a flight does not
-            v = ahead(v, term.effect.ahead_s(values) / seen.dt_s)
-        else:
+        if late := term.effect.ahead:  # a record allows to look ahead, which a flight does not
+            v, values = ahead(v, values[late] / seen.dt_s), {**values, late: 0.0}
+        if not late or not term.effect.does_nothing(values):
             v = _run(term, values, seen, v, seen.before)
     return seen if v is seen.d else seen.at(v)
 

@@ -5,7 +5,7 @@
 Positive: it reads too much. Zero stays where it is. Because it scales deformation and not force, a stiffening mount
 shows it a little differently from a change of stiffness or of load-cell gain; on a nearly straight force curve
 nothing separates the three but a calibration. Valid for errors of up to a fifth. Left out: nonlinearity of the
-transducer (that is in the input curve).
+transducer (`sensor_scale_bent`).
 """
 
 from thrustd.model.effect import Effect, Parameter

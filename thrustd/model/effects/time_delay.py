@@ -5,7 +5,7 @@
 
 In flight a late reading can only be caught up by extrapolation: right for motion slower than T, wrong for a jump within
 T; rate and its change are low-passed with filter_s, chosen for that. On a record it is put back to its time exactly
-(`ahead_s`), so there filter_s does nothing. Early readings, or a force that is recorded late, are simply held back, to
+(`ahead`), so there filter_s does nothing. Early readings, or a force that is recorded late, are simply held back, to
 400 samples at most. To first
 order a late reading equals viscous damping with c = K T. Left out: a delay that changes in flight (jitter).
 """
@@ -70,5 +70,5 @@ EFFECT = Effect(
     source="Taylor's series; Astrom & Wittenmark, Computer-Controlled Systems, ch. 2",
     separating_test="one sharp step of force with both channels sampled at 1 kHz: read the shift",
     initial=initial,
-    ahead_s=lambda p: p["delay_s"],
+    ahead="delay_s",
 )  # fmt: skip
