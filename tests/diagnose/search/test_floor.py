@@ -8,7 +8,7 @@ import pytest
 from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, mostly, shows
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, mostly, shows, usual
 from thrustd.diagnose.search.ranking import advanced
 
 UNEXPLAINED = 0.01
@@ -21,6 +21,23 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf)) == 0.0005
     assert floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007)) == 0.0007  # a mount's core leaves more
     assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, terms=("law",)), cell)
+
+
+@pytest.mark.parametrize(("was", "leaves", "real"), [(1.18, 1.12, False), (1.25, 1.15, True), (1.18, 1.03, True)])
+def test_what_lasts_on_a_bench_may_be_half_as_large_again_on_another_record(was, leaves, real):
+    """Noise 1 and a bench that left 1.1: 1.21 is usual, but for what explains it to the noise."""
+    inexact = SimpleNamespace(promised=1.1, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    assert usual(fit(1.0), inexact) == pytest.approx(1.0 + 1.5**2 * (1.1**2 - 1.0))
+    assert mostly(fit(was, ()), fit(leaves), inexact) == real
+
+
+def test_a_bench_that_left_its_noise_leaves_no_more_elsewhere():
+    assert usual(fit(1.0), CELL) == pytest.approx(1.0)
+    assert usual(fit(1.0), SimpleNamespace(promised=None, own_plateau=np.inf)) == 0.0
+
+
+def test_a_bench_that_missed_something_itself_says_nothing_of_other_records():
+    assert usual(fit(1.0), SimpleNamespace(promised=1.3, own_plateau=np.inf)) == 0.0
 
 
 @pytest.mark.parametrize(("left", "said"), [(1.2, True), (21.0, True), (24.0, False), (90.0, False)])

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
+from thrustd.diagnose.search.base import begins_unloaded
 from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.joint import joint_fit
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import rank
 from thrustd.identify.identify import identify
@@ -52,6 +54,17 @@ def test_a_drift_of_the_transducer_is_no_walk_of_the_cell(walked):
 def test_a_cell_that_walks_as_on_the_bench_is_no_effect(walked, seed):
     report = diagnose(walked, [record(n=HOUR, added=walking(8.0, seed))])
     assert report.verdict == ("none",)
+
+
+def test_a_cell_that_walks_may_have_another_zero_where_a_record_begins_under_load(walked):
+    """It is the model's zero that moves, which flies, and neither the record's walk nor what its mount remembers."""
+    measured = record(n=HOUR, added=lambda data: 12.0 + walking(8.0, 2)(data))
+    question = asked(walked, [measured], NOTHING)
+    assert not begins_unloaded(question.segments[0], question.base.shape)
+    assert question.base.shape.zero_std * question.base.scale == pytest.approx(8.0, rel=0.5)
+    fit = joint_fit(question.base, question.rows, ())
+    moved_n = question.base.scale * (fit.solution.point.offset - question.base.point.offset)
+    assert moved_n > 6.0
 
 
 def test_a_zero_that_was_set_anew_is_no_effect_and_hides_none():

@@ -105,8 +105,9 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
         present = list(spec.effects)
     shape, point, information = _pruned(*bare)
     loaded = {k: _load(s, shape) for k, s in enumerate(segments) if not begins_unloaded(s, shape)}
-    if from_bench and not loaded:
-        shape, information = _zeroed(shape, information)
+    zero = ZERO if not loaded else walk_n(stored) / scale
+    if from_bench and zero:
+        shape, information = _zeroed(shape, information, zero)
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
     return _beside(Base(shape, point, information, noise, promised), terms)
 
@@ -178,14 +179,15 @@ def _pruned(shape: Shape, point: Point, information: Floats) -> tuple[Shape, Poi
     return smaller, found, information[np.ix_(mask, mask)]
 
 
-def _zeroed(shape: Shape, information: Floats) -> tuple[Shape, Floats]:
+def _zeroed(shape: Shape, information: Floats, std: float) -> tuple[Shape, Floats]:
     """With its zero set anew: whoever mounts transducer and reference once more sets it by so much elsewhere.
 
-    For records that show it: where one begins under load, a zero looks like what the slowest lags remember.
+    For records that show it: where one begins under load, a zero looks like what the slowest lags remember. There only
+    a reference that walks has another, by as much as it walks in an hour.
     """
     told = information[:, shape.parts()["offset"]]
-    less = told @ told.T * ZERO**2 / (1.0 + ZERO**2 * information[shape.parts()["offset"], shape.parts()["offset"]])
-    return replace(shape, zero_std=ZERO), information - less
+    less = told @ told.T * std**2 / (1.0 + std**2 * information[shape.parts()["offset"], shape.parts()["offset"]])
+    return replace(shape, zero_std=std), information - less
 
 
 def _present(spec: EffectSpec) -> Term:

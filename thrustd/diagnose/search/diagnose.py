@@ -25,7 +25,7 @@ from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
 from thrustd.diagnose.search.dependence import Dependence, drawn
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed
+from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
 from thrustd.diagnose.search.joint import Joint, counted, told
 from thrustd.diagnose.search.library import column_of, laws
 from thrustd.diagnose.search.past import by_past
@@ -139,7 +139,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
         return Verdict(("unknown",), ranked.nothing, clearest(alone))
-    if at_floor(best, base):
+    if at_floor(best, base) or (not best.terms and left(best, base) <= usual(best, base)):
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]

@@ -11,6 +11,7 @@ from thrustd.diagnose.search.joint import Joint
 AT_FLOOR = 1.05  # times the floor
 HARDLY = 0.05  # of what is above the floor: who leaves less has explained it
 MOST = 0.5  # a cause explains the larger part
+ELSEWHERE = 1.5  # times what lasts of a bench's error: so much of it may be on another record
 UNLIKE = 2.0  # times the floor: so much left by no known effect is an effect that is not known
 EXACTLY = 1e-300  # nothing is divided by nothing
 SHOWS = 1.25  # times the floor: so much left says that something else is missing too
@@ -62,9 +63,22 @@ def mostly(nothing: Joint, fit: Joint, base: Base) -> bool:
 
     A core that was never exact leaves something on every record; whatever takes a little of it away is not its cause.
     """
-    was = left(nothing, base)
-    least = [floor_of(fit, base), *([base.promised] if base.promised is not None else [])]
-    return any(was > (AT_FLOOR * level) ** 2 and was - fit.mse > MOST * (was - level**2) for level in least)
+    was, floor = left(nothing, base), floor_of(fit, base) ** 2
+    bench = base.promised**2 if base.promised is not None else floor
+    starts = (floor, AT_FLOOR**2 * floor), (bench, max(usual(fit, base), AT_FLOOR**2 * bench))
+    return any(was > from_there and was - fit.mse > MOST * (was - level) for level, from_there in starts)
+
+
+def usual(fit: Joint, base: Base) -> float:
+    """Mean square that a model may leave on another record though nothing is missing; 0 where no bench says so.
+
+    The noise is as it was; what its laws did not say on the bench lasts, and may be half as large again elsewhere. A
+    bench that showed itself that something is missing says nothing.
+    """
+    noise = floor_of(fit, base)
+    if base.promised is None or base.promised > SHOWS * noise:
+        return 0.0
+    return float(noise**2 + ELSEWHERE**2 * (base.promised**2 - noise**2))
 
 
 def floor_of(fit: Joint, base: Base) -> float:
