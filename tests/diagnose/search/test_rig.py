@@ -21,7 +21,7 @@ from thrustd.model.effects import effect_named
 
 
 def test_the_shipped_file_is_read_and_is_the_default():
-    assert shipped_rig().sigma == {"sensor_scale": {"scale_error": 0.005}}
+    assert shipped_rig().sigma == {"sensor_scale": {"scale_error": 0.005, "square": 0.005, "cube": 0.005}}
     rig = asked(mount(), [record()], Given()).rig
     (scale,) = terms_of(effect_named("sensor_scale"), rig)
     assert scale.std == {"scale_error": 0.005}

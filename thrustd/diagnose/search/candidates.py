@@ -36,7 +36,7 @@ def not_judged_lines(not_judged: Sequence[NotJudged]) -> list[str]:
 def judgeable(
     effects: Sequence[Effect], records: Sequence[Recording], present: Sequence[str]
 ) -> tuple[list[Effect], list[NotJudged]]:
-    """Effects whose channels are there and move, and the others with the reason."""
+    """Effects whose channels are there and move, and the others with the reason: those without a law that can be."""
     able, unable = [], []
     for effect in effects:
         reason = _reason(effect, records, present)
@@ -44,7 +44,8 @@ def judgeable(
             unable.append(NotJudged(effect.word, reason))
         elif effect.word not in present:
             able.append(effect)
-    return able, list(dict.fromkeys(unable))
+    words = {effect.word for effect in able}
+    return able, [one for one in dict.fromkeys(unable) if one.effect not in words]
 
 
 def by_other_temperatures(effects: Sequence[Effect], records: Sequence[Recording]) -> list[Effect]:
