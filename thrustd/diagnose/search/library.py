@@ -190,15 +190,15 @@ def _sigma(effect: Effect, p: Parameter, rig: Rig) -> float:
 def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     begins = [rig.begins_degc[name] for name in effect.channels if name in rig.begins_degc]
     anchors = {"reference_s": rig.begins_s, "travel_mm": rig.hysteresis_travel if effect is STOPS else None}
-    anchors |= dict(zip(("range_mm", "fastest_s", "slowest_s"), (rig.travel, *rig.lags_s), strict=True))
+    anchors |= dict(zip(("fastest_s", "slowest_s"), rig.lags_s, strict=True))
     anchors |= {
         "flow_mm": FLOW * rig.travel,
+        "range_mm": rig.travel,
         "growth": rig.growth,
         REFERENCE: rig.reference_degc if thermal(effect) else next(iter(begins), None),
         "deadband_mm": rig.play,
     }
-    told = anchors.get(p.name)
-    if told is not None:
+    if (told := anchors.get(p.name)) is not None:
         return (float(np.clip(told, p.low, p.high)),)
     starts = p.starts if p.estimate else p.starts[:1]
     factor = order_of(rig.travel, TRAVEL_MM) if p.unit == "mm" else 1.0

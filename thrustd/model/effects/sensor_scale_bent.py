@@ -11,6 +11,7 @@ rubs, by little. Left out: a linearity that changes with temperature.
 """
 
 from thrustd.model.effect import Effect, Parameter
+from thrustd.model.effects.sensor_scale import EFFECT as STRAIGHT
 from thrustd.model.stage import Floats, jit
 
 
@@ -26,8 +27,7 @@ EFFECT = Effect(
     site="deformation",
     channels=(),
     parameters=(
-        Parameter("scale_error", "-", neutral=0.0, low=-0.5, high=0.5, starts=(0.02,),
-                  meaning="relative excess of the reading", expected="within 0.005 for a calibrated LVDT"),
+        *STRAIGHT.parameters,
         Parameter("square", "-", neutral=0.0, low=-0.15, high=0.15, starts=(0.005,),
                   meaning="relative shortfall of the reading that grows with travel, at range_mm",
                   expected="within 0.0025, the linearity of an LVDT over its nominal range"),
