@@ -5,10 +5,12 @@ import resource
 import stat
 import subprocess
 import sys
+import tempfile
 
 import pytest
 
 from thrustd.core.errors import UsageError
+from thrustd.sinks import whole_file
 from thrustd.sinks.latest_file import replace_file
 from thrustd.sinks.whole_file import whole_folder, write_whole
 
@@ -88,3 +90,18 @@ def test_killed_half_way_there_is_no_folder_and_the_next_time_takes_away_what_wa
             assert len(drafts) == 1  # of the one that still writes
         lives.kill()
     assert out.is_dir()
+
+
+def test_two_that_start_together_do_not_take_away_each_others_folder(tmp_path, monkeypatch):
+    made = []
+
+    def taken_at_once(**where):
+        made.append(tempfile.mkdtemp(**where))
+        if len(made) == 1:
+            os.rmdir(made[0])  # as another process does that sees it before it is locked
+        return made[-1]
+
+    monkeypatch.setattr(whole_file, "mkdtemp", taken_at_once)
+    with whole_folder(tmp_path / "aircraft") as folder:
+        folder.mkdir()
+    assert len(made) == 2 and [each.name for each in tmp_path.iterdir()] == ["aircraft"]

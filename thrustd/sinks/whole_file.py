@@ -41,12 +41,11 @@ def whole_folder(path: Path) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     for left in path.parent.glob(f".{escape(path.name)}.draft.*"):
-        with _locked(left) as abandoned:
+        with _locked(left, LOCK_EX | LOCK_NB) as abandoned:
             if abandoned:
                 shutil.rmtree(left, ignore_errors=True)
-    draft = Path(mkdtemp(dir=path.parent, prefix=f".{path.name}.draft."))
     try:
-        with _locked(draft):
+        with _draft(path) as draft:
             yield draft / path.name
             if path.exists():
                 path.rmdir()
@@ -55,18 +54,28 @@ def whole_folder(path: Path) -> Iterator[Path]:
         if problem.filename is None:  # a disk that is full: who writes is not told where
             problem.filename = str(path)
         raise
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
 
 
 @contextmanager
-def _locked(folder: Path) -> Iterator[bool]:
+def _draft(path: Path) -> Iterator[Path]:
+    """A folder beside `path` that this process has locked; it goes with the block."""
+    with ExitStack() as held:
+        draft = None
+        while draft is None or not draft.exists():  # another process may take it away before it is locked
+            draft = Path(mkdtemp(dir=path.parent, prefix=f".{path.name}.draft."))
+            held.callback(shutil.rmtree, draft, ignore_errors=True)
+            held.enter_context(_locked(draft, LOCK_EX))
+        yield draft
+
+
+@contextmanager
+def _locked(folder: Path, how: int) -> Iterator[bool]:
     """Whether it is this process's; the kernel unlocks it whichever way the process ends."""
     with ExitStack() as opened:
         try:
             descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
             opened.callback(os.close, descriptor)
-            flock(descriptor, LOCK_EX | LOCK_NB)
+            flock(descriptor, how)
             mine = True
         except OSError:  # another's, gone, no folder, or on a disk without locks
             mine = False
