@@ -5,6 +5,7 @@ import signal
 import socket
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 import msgspec
@@ -83,6 +84,14 @@ class ServiceManager:
 
     def environment(self) -> dict[str, str]:
         return {**os.environ, "NOTIFY_SOCKET": str(self._path)}
+
+    def read_on(self) -> None:
+        """Take what has come until now: a socket that nobody reads holds a dozen messages, then they are lost."""
+        self._socket.setblocking(False)
+        with suppress(BlockingIOError):
+            while True:
+                self._socket.recv(4096)
+        self._socket.settimeout(PATIENCE_S)
 
     def wait_for(self, message: str) -> bool:
         while True:

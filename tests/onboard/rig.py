@@ -50,11 +50,17 @@ class Step(NamedTuple):
     force_n: Floats  # (mounts,)
 
 
+KEPT: list[socket.socket] = []  # ports of this process: bound, so that no other one is given them
+
+
 def free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+    """A port that a server may listen on, which binds beside one that does not listen."""
+    probe = socket.socket()
+    probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    probe.bind(("127.0.0.1", 0))
+    KEPT.append(probe)
+    port: int = probe.getsockname()[1]
+    return port
 
 
 def reliable_aircraft(folder: Path) -> Path:

@@ -59,6 +59,7 @@ def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tm
             link.symlink_to(config)
             second = start(["run", str(link)], dict(os.environ))
             _, refused = second.communicate(timeout=PATIENCE_S)
+            manager.read_on()
             daemon.beats(2)
             daemon.process.send_signal(signal.SIGHUP)
             assert manager.wait_for("STOPPING=1")

@@ -8,9 +8,10 @@ import termios
 import tty
 import uuid
 from collections.abc import Callable, Iterator
-from itertools import chain
+from itertools import chain, count
 from pathlib import Path
 from threading import Event as Flag
+from time import monotonic
 from typing import Any
 
 import can
@@ -188,7 +189,8 @@ def test_can_messages_arrive_in_order_with_their_identifiers() -> None:
 
 def await_open(source: CanBus) -> None:
     """Sending works from the moment the bus is open."""
-    for _ in range(1_000_000):
+    end_s = monotonic() + LIMIT_S
+    while monotonic() < end_s:
         try:
             source.send(1, b"")
         except OSError:
@@ -259,7 +261,7 @@ def test_a_failing_driver_is_counted_reopened_and_never_fatal(monkeypatch: pytes
 
     monkeypatch.setattr(can, "Bus", fake_bus)
     queue = EventQueue()
-    source = CanBus("virtual", "x", 1, queue.put, clock_ns=iter(range(10**9, 10**13, 10**9)).__next__)
+    source = CanBus("virtual", "x", 1, queue.put, clock_ns=count(10**9, 10**9).__next__)
     source.start()
     events = take_until(queue, lambda found: any(isinstance(event, Frame) for event in found))
     source.stop()

@@ -68,7 +68,8 @@ def test_a_log_followed_while_it_grows(page_of, full_folder):
     soon_s = time.time() + 600  # however long this machine takes to open the page, it was written to lately
     os.utime(growing, (soon_s, soon_s))
     with page_of(f"{full_folder.url}#flight") as page:
-        page.get_by_text("following").wait_for()  # what is being written is shown without being asked for
+        following = page.get_by_role("button", name="Follow live", pressed=True)
+        following.wait_for()  # what is being written is shown without being asked for
         assert page.get_by_label("flight log").input_value() == "growing.mcap"
         page.locator(".engine b").first.wait_for()
         growing.write_bytes(content)
@@ -151,8 +152,9 @@ def test_a_click_counts_though_the_page_changes_under_it(page_of, full_folder):
         )
         page.mouse.move(*where)
         page.mouse.down()
-        full_folder.ask("POST", "api/session", '{"heldout": ["run-03.csv"]}')  # another tab: the table is drawn anew
-        page.wait_for_timeout(600)
+        with page.expect_response(lambda response: "api/state" in response.url):
+            full_folder.ask("POST", "api/session", '{"heldout": ["run-03.csv"]}')  # another tab: it is drawn anew
+        page.wait_for_timeout(200)
         page.mouse.up()
         page.locator("#take-columns").wait_for()
         page.get_by_label("use of run-03.csv").locator("option:checked", has_text="check on").wait_for(state="attached")

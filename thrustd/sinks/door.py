@@ -59,7 +59,7 @@ class Door:
     async def _serve(self) -> None:
         self._loop, self._ending = asyncio.get_running_loop(), asyncio.Event()
         self._loop.set_exception_handler(lambda *_: None)  # a client that went away is not worth a traceback
-        server = await asyncio.start_server(self._meet, sock=self._socket, limit=HEAD_BYTES)
+        server = await asyncio.start_server(self._meet, sock=self._socket, limit=HEAD_BYTES, backlog=BACKLOG)
         self._open.set()
         await self._ending.wait()
         server.close()

@@ -64,8 +64,8 @@ class HealthCounts:
                 self.faults[output.where, output.kind] += max(output.count, 1)  # a refused disk has lost nothing yet
         elif isinstance(output, Estimate):
             self.latest[output.engine] = output
-            self.estimates[output.engine] += 1
             self.latency_s.take((self.clock_ns() - self._arrival_ns(output.t_ns)) * 1e-9)
+            self.estimates[output.engine] += 1  # behind its latency: a page that is written now shows no more of these
             if output.nis == output.nis:
                 self.nis.take(output.nis)
 

@@ -53,7 +53,8 @@ class HealthCollector(Collector):
             faults.add_metric(place, count)
         yield faults
         names = dict(enumerate(watched.engines))
-        yield _counter("thrustd_estimates", "estimates", "engine", {names[e]: n for e, n in counts.estimates.items()})
+        estimates = {names[e]: n for e, n in dict(counts.estimates).items()}
+        yield _counter("thrustd_estimates", "estimates", "engine", estimates)
         yield from self._estimates(names)
         yield _histogram("thrustd_latency_seconds", "event in to estimate out", counts.latency_s)
         yield _histogram("thrustd_nis", "normalised innovation squared of what was trusted", counts.nis)

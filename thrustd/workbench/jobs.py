@@ -111,6 +111,8 @@ class JobBoard:
     async def _run_one(self, job: Job) -> None:
         self._set(job.id, state="running")
         worker = await self._warm()
+        if self.job(job.id).over:  # cancelled while its worker was started: the worker never hears of it
+            return
         assert worker.stdin is not None and worker.stdout is not None
         order = {"id": job.id, "kind": job.kind, "arguments": job.arguments}
         try:
@@ -127,6 +129,8 @@ class JobBoard:
             self._kill()
 
     def _hear(self, job_id: str, said: dict[str, Any]) -> None:
+        if self.job(job_id).over:  # cancelled: what it said on the way counts no more
+            return
         if "progress" in said:
             self._set(job_id, fraction=said["progress"], note=said.get("note", ""))
         elif "done" in said:

@@ -63,10 +63,13 @@ def test_a_curve_that_explains_more_than_the_core_moves_beside_it_is_not_borrowe
     laws = _fit("m", 3.0, 0.0)
     laws.solution = SimpleNamespace(noise_variance=1.0)
     laws.moved = 2.0
-    curve = SimpleNamespace(mse=1.0, moved=26.0, walked=0.0)  # explains 96
+    curve = SimpleNamespace(mse=1.0, moved=26.0, walked=0.0, noise_variance=10.0)  # explains 96
     assert not borrowed(curve, laws)
     laws.solution.noise_variance = 10.0
     assert borrowed(curve, laws)
+    curve.noise_variance = 1.0  # the laws' residual has in it what they do not explain
+    assert not borrowed(curve, laws)
+    curve.noise_variance = 10.0
     curve.moved = 10.0  # not surely further than beside the laws
     assert not borrowed(curve, laws)
 

@@ -41,8 +41,12 @@ def relieved(before: Joint | Followed, after: Joint) -> bool:
 
 
 def borrowed(curve: Followed, best: Joint) -> bool:
-    """Whether a curve lives on a core or reference that moves, by more than it explains beyond the best set."""
-    explains = (best.mse - curve.mse) * float(np.sum(best.block_size)) / best.solution.noise_variance
+    """Whether a curve lives on a core or reference that moves, by more than it explains beyond the best set.
+
+    The noise is that of the one that leaves less: the other's has in it what it does not explain.
+    """
+    noise = min(curve.noise_variance, best.solution.noise_variance)
+    explains = (best.mse - curve.mse) * float(np.sum(best.block_size)) / noise
     return relieved(curve, best) and explains < curve.moved + curve.walked - best.moved - best.walked
 
 

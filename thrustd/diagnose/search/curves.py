@@ -34,6 +34,7 @@ class Followed:
     whole: bool = False  # explains all that is to be explained
     moved: float = 0.0  # where it was estimated, see `Joint`
     walked: float = 0.0
+    noise_variance: float = np.inf  # there
 
 
 def followed(table: Table, sigma_mm: float) -> list[Followed]:
@@ -96,7 +97,8 @@ def estimated(
         fit = fitted(one, site)
         if fit is not None:
             now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", whole=whole(fit))
-            found.append(replace(now, moved=fit.moved, walked=fit.walked))
+            noise = fit.solution.noise_variance
+            found.append(replace(now, moved=fit.moved, walked=fit.walked, noise_variance=noise))
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)
 
