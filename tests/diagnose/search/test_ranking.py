@@ -131,3 +131,22 @@ def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimat
     alone.solution = pair.solution
     assert alone.words == ("m",)
     assert settled(None, (), SimpleNamespace(looked=[], nothing=nothing), fits, alone) is alone
+
+
+def test_a_pair_is_tried_where_a_single_effect_leaves_less_but_is_not_told_from_nothing(monkeypatch):
+    """A drift and a scale: each alone helps, by an amplitude that may as well be nothing."""
+    nothing, drift, both = _fit("", 1.0, 0.0), _fit("d", 0.7, 0.0), _fit("ds", 0.1, 0.0)
+    drift.shown = False
+    pair = SimpleNamespace(terms=(SimpleNamespace(free=()), SimpleNamespace(free=())), removes=0.5)
+    looked = SimpleNamespace(term=SimpleNamespace(effect=SimpleNamespace(word="d")))
+    looks = SimpleNamespace(looked=[looked], table=None, probes=[], terms=[])
+    monkeypatch.setattr(ranking, "leading", lambda looked: looked)
+    monkeypatch.setattr(ranking, "grown", lambda *_: drift)
+    monkeypatch.setattr(ranking, "singles", lambda *_: [])
+    monkeypatch.setattr(ranking, "screened_pairs", lambda *_: [pair])
+    monkeypatch.setattr(ranking, "begin_at", lambda term: np.zeros(0))
+    monkeypatch.setattr(ranking, "joint_fit", lambda *_: both)
+    assert gained(nothing, drift) and not stands(nothing, drift)
+    assert ranking.grown_from(None, [], looks, nothing, [nothing], lambda word: None) == [drift, both]
+    drift.shown = True
+    assert ranking.grown_from(None, [], looks, nothing, [nothing], lambda word: None) == [drift]

@@ -121,13 +121,13 @@ def rank(
 def grown_from(
     base: Base, records: Sequence[Record], looks: Looks, best: Joint, beam: Sequence[Joint], tell: Callable[[str], None]
 ) -> list[Joint]:
-    """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single says much."""
+    """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single stands."""
     found: list[Joint] = []
     for member in beam:
         for one in leading(looks.looked if not member.terms else seen_beside(base, member, looks.terms, member.words)):
             tell(one.term.effect.word)
             found.append(grown(base, records, member, one))
-    if not best.terms and not any(gained(best, fit) for fit in found):  # together they may say what none says alone
+    if not best.terms and not any(stands(best, fit) for fit in found):  # together they may say what none says alone
         pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
             start = np.concatenate([begin_at(term) for term in pair.terms])
