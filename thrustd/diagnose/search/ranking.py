@@ -128,10 +128,13 @@ def grown_from(
             tell(one.term.effect.word)
             found.append(grown(base, records, member, one))
     if not best.terms and not any(stands(best, fit) for fit in found):  # together they may say what none says alone
+        helped = any(gained(best, fit) for fit in found)
         pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
         for pair in [pair for pair in pairs if pair.removes > SAYS][:1]:
             start = np.concatenate([begin_at(term) for term in pair.terms])
             both = joint_fit(base, records, pair.terms, start)
+            if helped and not at_floor(both, base):  # some of it many laws take, and any two take more
+                break
             found.append(both)
             if gained(best, both) and not both.shown:  # one of them stands beside the other, which no look told alone
                 found += [joint_fit(base, records, (term,)) for term in pair.terms]
