@@ -160,6 +160,24 @@ def test_a_click_counts_though_the_page_changes_under_it(page_of, full_folder):
         page.get_by_label("use of run-03.csv").locator("option:checked", has_text="check on").wait_for(state="attached")
 
 
+def test_an_answer_that_comes_twice_leaves_what_was_chosen_chosen(page_of, full_folder):
+    with page_of(full_folder.url) as page:
+        held = []
+        page.route("**/api/reports/*", lambda route: held.append(route))
+        page.goto(f"{full_folder.url}#fails")
+        deadline = time.monotonic() + 60
+        while len(held) < 2 and time.monotonic() < deadline:  # a change of state asks while the first is on its way
+            full_folder.ask("POST", "api/session", '{"heldout": ["run-04.csv"]}')
+            page.wait_for_timeout(100)
+        held[0].continue_()
+        page.locator(".reasons button").first.click()
+        for late in held[1:]:
+            with page.expect_response("**/api/reports/*"):
+                late.continue_()
+        page.wait_for_timeout(300)
+        page.get_by_role("button", name="Show in the time history").wait_for(timeout=2000)
+
+
 def test_an_empty_folder_says_what_to_do(page_of, tmp_path):
     with workbench(tmp_path) as served, page_of(served.url) as page:
         assert page.locator("#next").inner_text() == "Make an exercise"

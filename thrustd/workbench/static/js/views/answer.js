@@ -21,6 +21,7 @@ export function answerView(root, of) {
       empty();
     } else if (found.report !== shown) {
       const answer = await report(found.report);
+      if (shown === found.report) return; // another update was faster: what was chosen since stays chosen
       shown = found.report;
       show(answer, head);
     }
