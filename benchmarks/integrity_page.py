@@ -1,6 +1,6 @@
-"""The campaign as rows of docs/reliability.md: `python -m benchmarks.integrity_page KEY`, of what was kept under it.
+"""The campaign as rows of docs/evidence.md: `python -m benchmarks.integrity_page KEY`, of what was kept under it.
 
-A row for each kind of fault, the worst of its flights; wires are in the page's other table.
+A row for each kind of fault, the worst of its flights; wires are in the matrix of docs/reliability.md.
 """
 
 import sys
