@@ -121,7 +121,8 @@ def parameters_of(effect, start):
 @needs_c
 def test_every_effect_of_the_shelf_gives_the_same_doubles(tmp_path):
     formula = "k * exp(-abs(accel_x_g) ** p) + k * sign(accel_x_g) * sin(time_s) / (2 + cos(time_s))"
-    effects = [*shelf().values(), effect_named("expression: " + formula)]
+    curves = ["curve of accel_x_g", "gain curve of accel_z_g - accel_x_g", "bias curve of accel_x_g * accel_z_g"]
+    effects = [*shelf().values(), *map(effect_named, ["expression: " + formula, *curves])]
     specs = [with_effect(effect.name, parameters_of(effect, start)) for effect in effects for start in (0, 1)]
     assert_same([compile_model(spec, 100.0) for spec in specs], 20_000, tmp_path)
 

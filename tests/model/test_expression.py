@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from thrustd.core.errors import ModelError
 from thrustd.model.effects import effect_named
-from thrustd.model.expression import expression_effect, force_along, is_expression
+from thrustd.model.expression import expression_effect, is_expression
 
 
 def value(text, columns=(), **given):
@@ -41,13 +41,6 @@ def test_a_column_of_any_name_is_quoted_and_artifacts_of_before_are_read():
     assert effect_named("expression: k * [cabin_psi] * mach").channels == ("cabin_psi", "mach")
     assert value('k * "Temp [degC]"', k=2.0, **{"Temp [degC]": 3.0}) == 6.0
     assert effect_named('k * "driven by hand"').channels == ("driven by hand",)
-
-
-@pytest.mark.parametrize("parts", [("mach",), ("Temp [degC]",), ('5" pipe', "it's"), ("a", "mach")])
-def test_what_is_advised_is_accepted(parts):
-    for channel in [parts[0]] if len(parts) == 1 else [f"{parts[1]} - {parts[0]}", f"{parts[0]} * {parts[1]}"]:
-        assert set(expression_effect(force_along(channel, parts)).channels) == set(parts)
-        assert set(expression_effect(force_along(channel, parts, gain=True)).channels) == {*parts, "deformation_mm"}
 
 
 def test_amplitude_and_shape_are_told_apart():

@@ -15,7 +15,7 @@ A parameter that makes the whole expression vanish at zero is an amplitude; the 
 
 import ast
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from functools import cache, partial
 
 import numpy as np
@@ -23,7 +23,7 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.model.effect import Effect, Parameter
-from thrustd.model.stage import DEFORMATION, Floats, jit
+from thrustd.model.stage import Floats, jit
 
 PREFIX = "expression: "
 LONGEST = 400  # characters
@@ -129,18 +129,6 @@ def _canonical(tree: ast.expr, source: str, columns: frozenset[str]) -> str:
             return ast.Constant(node.id) if unknown else node
 
     return ast.unparse(Quotes().visit(tree))
-
-
-def force_along(channel: str, parts: Sequence[str], gain: bool = False) -> str:
-    """An expression to try: a force along a channel, or along the difference or product of two; a gain goes with the
-    deformation as well.
-    """
-    by = f" * {DEFORMATION}" if gain else ""
-    first, *second = [name if name in CATALOGUE else f'"{name}"' if '"' not in name else repr(name) for name in parts]
-    if not second:
-        return f"k * {first}{by}"
-    both = f"({second[0]} - {first})" if channel == f"{parts[1]} - {parts[0]}" else f"{first} * {second[0]}"
-    return f"k * {both}{by}"
 
 
 def _is_column(name: str) -> bool:

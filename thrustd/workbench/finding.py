@@ -54,7 +54,7 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
     answer["candidates"] = [_candidate(c) for c in report.candidates]
     answer["evidence"] = evidence_json(report.explained)
     answer["depends_on"] = [
-        dependence_json(d) | {"rmse_before_n": d.rmse_before_n, "rmse_after_n": d.rmse_after_n}
+        dependence_json(d) | {"name": d.name, "rmse_before_n": d.rmse_before_n, "rmse_after_n": d.rmse_after_n}
         for d in report.depends_on
     ]
     return answer

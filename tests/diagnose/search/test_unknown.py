@@ -6,6 +6,7 @@ from msgspec.structs import replace
 
 from tests.diagnose.scene import DT_S, NOISE_N, mount, record
 from thrustd.core.errors import ModelError
+from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.model.artifact import ComplexMode, EffectSpec, LinearBlock
@@ -41,6 +42,27 @@ def test_a_bump_over_a_tenth_of_a_channels_way_is_along_that_channel(incidence_d
     assert report.verdict == ("unknown",)
     assert report.depends_on[0].channel == "incidence_deg"
     assert report.depends_on[0].rmse_after_n < 1.25 * NOISE_N
+
+
+@pytest.mark.parametrize(
+    "hidden, kind",
+    [
+        (lambda columns, q: 150.0 / (1.0 + ((q - 0.4) / 0.5) ** 2), "curve of"),
+        (lambda columns, q: 100.0 * np.tanh((q - 1.0) / 2.0) * columns["deformation_mm"], "gain curve of"),
+    ],
+)
+def test_what_has_no_law_is_added_as_its_free_curve_and_holds_on_another_record(incidence_deg, hidden, kind):
+    def made(seed):
+        data = record(seed=seed, added=lambda columns: hidden(columns, incidence_deg))
+        return data.with_channels(incidence_deg=incidence_deg)
+
+    report = diagnose(mount(), [made(0)])
+    assert report.verdict == ("unknown",) and report.depends_on[0].name == "curve of incidence_deg"
+    extended = extend(mount(), [made(0)], [report.depends_on[0].name])
+    assert extended.spec.effects[-1].name == f"{kind} incidence_deg"
+    (found,) = compare({"better": extended.spec}, [made(1)]).comparisons
+    assert found.rmse_n < 1.1 * NOISE_N
+    assert diagnose(extended.spec, [made(1)]).verdict == ("none",)
 
 
 def test_a_force_along_a_channel_is_no_bias_of_a_reading(incidence_deg):

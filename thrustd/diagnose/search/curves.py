@@ -8,17 +8,14 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
-from thrustd.diagnose.search.library import column_of, combined, free_curve
+from thrustd.diagnose.search.library import GAIN, HEIGHT, combined, curve_term, heights_of, places_of
 from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.sweep import simulate
-from thrustd.identify.regression.terms import Term
-from thrustd.model.effect import Site
+from thrustd.model.free_curve import CURVE_OF, column_of, free_curve
 
-GAIN = 0.1  # sigma of a free curve that multiplies the force
-HEIGHT = 0.02  # of the travel, or of the force between its ends: sigma of a free curve's heights
 CURVES = 5  # that are estimated whole
-FINE = 16  # knots of these: a bump of a tenth of a channel's way shows
+COARSE = 6  # knots at a first look
 SAYS = 0.5  # of what the best law removes at first look: who removes less is not
 
 
@@ -36,6 +33,11 @@ class Followed:
     walked: float = 0.0
     noise_variance: float = np.inf  # there
 
+    @property
+    def name(self) -> str:
+        """The curve as `extend` takes it."""
+        return CURVE_OF + self.channel
+
 
 def followed(table: Table, sigma_mm: float) -> list[Followed]:
     """Free curves of every channel, of differences and products of two: a bias or a gain. Best first.
@@ -47,12 +49,11 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
     known = [{name: column[record.known] for name, column in record.channels.items()} for record in table.records]
     found = []
     for name, parts in combined(table.records[0].channels).items():
-        columns_of = [column_of(name, parts, channels) for channels in known]
-        term = free_curve(name, np.concatenate(columns_of), sigma_mm)
-        if term is None:
+        columns_of = [column_of(name, channels) for channels in known]
+        at = places_of(columns_of, COARSE)
+        if at is None:
             continue
-        hats = [_hats(term, column) for column in columns_of]
-        none = np.zeros(len(term.free), bool)
+        hats, none = [_hats(at, column) for column in columns_of], np.zeros(len(at), bool)
         bias, gain = (
             table.squares(
                 np.concatenate([means(h * w[:, None], table.width) for h, w in zip(hats, weight, strict=True)]), none
@@ -77,25 +78,15 @@ def estimated(
     Those behind one with which nothing is left (`whole`) are not estimated.
     """
     leading = sorted([one for one in looked if one.removed > SAYS * worth][:CURVES], key=lambda one: len(one.parts))
-    force_n = HEIGHT * base.scale * float(np.ptp(np.concatenate([record.y[record.known] for record in records])))
-    sizes: dict[Site, float] = {"force": force_n, "deformation": curve_sigma(records), "gain": GAIN}
-    asked = [(one, site) for one in leading for site in sizes if site != "gain" or one.gain]  # the look mistakes a bias
-
-    def fitted(one: Followed, site: Site) -> Joint | None:
-        columns_of = [column_of(one.channel, one.parts, record.channels) for record in records]
-        term = free_curve(one.channel, np.concatenate(columns_of), sizes[site], site=site, knots=FINE)
-        seen = [
-            replace(record, channels={**record.channels, one.channel: np.ascontiguousarray(column)})
-            for record, column in zip(records, columns_of, strict=True)
-        ]
-        return None if term is None else joint_fit(base, seen, (term,))
-
+    heights = heights_of(records, base)
+    asked = [(one, site) for one in leading for site in heights if site != "gain" or one.gain]  # it mistakes a bias
     found: list[Followed] = []
     for one, site in asked:
         if any(other.whole for other in found):
             break
-        fit = fitted(one, site)
-        if fit is not None:
+        at = places_of([column_of(one.channel, record.channels) for record in records])
+        if at is not None:
+            fit = joint_fit(base, records, (curve_term(free_curve(one.channel, site), at, heights[site]),))
             now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", whole=whole(fit))
             noise = fit.solution.noise_variance
             found.append(replace(now, moved=fit.moved, walked=fit.walked, noise_variance=noise))
@@ -116,8 +107,6 @@ def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floa
     return (simulate(found.shape, found.point, pushed, record.known) - plain) / PROBE
 
 
-def _hats(term: Term, column: Floats) -> Floats:
-    """Basis (n, k) of the broken line of a free curve."""
-    count = len(term.free)
-    knots = term.effect.constants(term.effect.neutral(), 1.0)[:count]
-    return np.column_stack([np.interp(column, knots, np.eye(count)[i]) for i in range(count)])
+def _hats(at: Floats, column: Floats) -> Floats:
+    """Basis (n, k) of the broken line of a free curve with its heights at these places."""
+    return np.column_stack([np.interp(column, at, one) for one in np.eye(len(at))])

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.model.free_curve import CURVE_OF
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,11 @@ class Dependence:
     residual_n: Floats  # (bins,) mean residual
     low_n: Floats  # (bins,) 10 % and
     high_n: Floats  # (bins,) 90 % of the residual in the bin
+
+    @property
+    def name(self) -> str:
+        """The free curve as `extend` takes it."""
+        return CURVE_OF + self.channel
 
 
 def drawn(channel: str, column: Floats, residual_n: Floats, before: float, after: float, bins: int = 24) -> Dependence:

@@ -8,6 +8,7 @@ compete on blocks of time held back (`ranking`), and so do free curves of every 
 one of these leaves less than every known law, the verdict is `unknown`.
 """
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -27,7 +28,7 @@ from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseRep
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
 from thrustd.diagnose.search.joint import Joint, counted, told
-from thrustd.diagnose.search.library import column_of, laws
+from thrustd.diagnose.search.library import laws
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
@@ -40,7 +41,7 @@ from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
-from thrustd.model.expression import force_along
+from thrustd.model.free_curve import column_of
 from thrustd.model.modulated import BY
 from thrustd.records.offer import advised
 from thrustd.records.recording import Recording
@@ -259,7 +260,7 @@ def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Depende
     good = np.isfinite(missed)
     now, found = base.scale * float(np.sqrt(verdict.fit.mse)), []
     for one in verdict.channels:
-        column = np.concatenate([column_of(one.channel, one.parts, record.channels) for record in rows])
+        column = np.concatenate([column_of(one.channel, record.channels) for record in rows])
         after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
         thin = slice(None, None, max(1, np.count_nonzero(good) // 100_000))
         found.append(drawn(one.channel, column[good][thin], missed[good][thin], now, after))
@@ -269,14 +270,13 @@ def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Depende
 def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[NotJudged]) -> list[str]:
     floor, rest = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(left(verdict.fit, base)))
     names = ", ".join(one.channel for one in verdict.channels)
-    advice = []
-    if verdict.words == ("unknown",):
-        advice += [
-            f"no effect that was judged explains how the residual follows {one.channel}: look at its picture, then try"
-            f" an expression as an effect, for example {force_along(one.channel, one.parts, one.gain)}"
-            for one in verdict.channels
-        ]
-    if more_left(base, verdict):
+    unknown = verdict.words == ("unknown",)
+    advice = [
+        f"no effect that was judged explains how the residual follows {one.channel}, its free curve does: --effect"
+        f" {shlex.quote(one.name)} adds it as it is; if you know the law behind it, add that as a formula instead"
+        for one in (verdict.channels if unknown else ())
+    ]
+    if more_left(base, verdict) and not (unknown and names):
         along, unit = f", structure along {names}" if names else "", base.roles.unit
         why = "no effect explains the rest" if verdict.words == ("none",) else "something else too"
         advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: {why}")

@@ -108,6 +108,7 @@ class DiagnoseReport:
 def _dependence_json(dependence: Dependence) -> dict[str, Any]:
     return {
         "channel": dependence.channel,
+        "name": dependence.name,
         "rmse_before_n": dependence.rmse_before_n,
         "rmse_after_n": dependence.rmse_after_n,
         "at": dependence.at.tolist(),

@@ -5,8 +5,9 @@ deformations go with the travel of the record where that is of another order of 
 """
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.signal import lfilter
@@ -29,13 +30,25 @@ from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.elsewhere import AT, KIND, TEMPERATURE, thermal
 from thrustd.model.expression import is_expression
+from thrustd.model.free_curve import (
+    CURVE_OF,
+    KNOTS,
+    at_places,
+    column_of,
+    difference,
+    is_curve,
+    places,
+    product,
+    quoted,
+)
 from thrustd.model.modulated import BY, ENDS, LATE, late_decay, modulated
-from thrustd.model.stage import DEFORMATION, Floats, jit
+from thrustd.model.stage import DEFORMATION, Floats
 
 RATE_MM_S = 0.015  # of such a mount while it moves
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
 WIDE = 1e4  # the same where it is of a user's formula
-KNOTS = 6  # of a free curve
+HEIGHT = 0.02  # of the travel, or of the force between its ends: sigma of a free curve's heights
+GAIN = 0.1  # of one that multiplies the force
 RUBBER = "rubber"
 REFERENCE = "reference_degc"
 LATE_SAMPLES = 0, 3, 10, 30, 100  # where the lateness of a channel begins
@@ -65,6 +78,8 @@ class Rig:
     rate: float  # mean, while it moves
     play: float  # around the deformation, which keeps its noise out
     ends: Mapping[str, tuple[float, float]]  # of every channel that a law can be in proportion to
+    places: Callable[[str], Floats | None]  # of the heights of a free curve of a channel
+    heights: Mapping[Site, float]  # one sigma of these
     late_s: tuple[float, ...]  # by which it may act late
     lags_s: tuple[float, float]  # fastest and slowest that a record can show
 
@@ -89,7 +104,9 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         growth_of(base.point) if len(base.shape.radii) else None,
         max(_rate(record, play_of(record.d)) for record in records),
         max(play_of(record.d) for record in records),
-        {name: _ends(name, records) for name, parts in combined(records[0].channels).items() if len(parts) == 1},
+        {parts[0]: _ends(parts[0], records) for parts in combined(records[0].channels).values() if len(parts) == 1},
+        partial(_curve_places, records),
+        heights_of(records, base),
         tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
         lags_of([(len(record) - record.stood) * record.dt_s for record in records], records[0].dt_s),
     )
@@ -126,6 +143,12 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
             )
         for term, values, late_s in itertools.product(terms_of(effect_named(law), rig), (ends, ends[::-1]), rig.late_s):
             yield _by(term, effect, values, late_s)
+        return
+    if is_curve(effect.name):
+        at = rig.places(effect.name.partition(CURVE_OF)[2])
+        if at is None:
+            raise ModelError(f"{effect.name}: it has two values or none; expected a column that moves, or a formula")
+        yield curve_term(effect, at, rig.heights[effect.site])
         return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
     if rig.reference_std is not None and thermal(effect) and any(p.name == REFERENCE for p in effect.parameters):
@@ -207,6 +230,27 @@ def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
     return tuple(float(np.clip(factor * s, p.low, p.high)) for s in starts)
 
 
+def curve_term(effect: Effect, at: Floats, sigma: float) -> Term:
+    """A free curve with its heights at these places."""
+    return at_start(effect, {p.name: sigma for p in effect.parameters if p.amplitude}, at_places(at))
+
+
+def places_of(columns: Sequence[Floats], knots: int = KNOTS) -> Floats | None:
+    """Where in these records the heights of a free curve stand; None where the channel has too few values."""
+    column = np.concatenate(columns)
+    return places(column, knots) if moves(column) else None
+
+
+def _curve_places(records: Sequence[Record], channel: str) -> Floats | None:
+    return places_of([column_of(channel, record.channels) for record in records])
+
+
+def heights_of(records: Sequence[Record], base: Base) -> dict[Site, float]:
+    """One sigma of the heights of free curves: mm, N, and a share."""
+    y, d = (np.concatenate(columns) for columns in ([r.y[r.known] for r in records], [r.d for r in records]))
+    return {"force": HEIGHT * base.scale * float(np.ptp(y)), "deformation": HEIGHT * float(np.ptp(d)), "gain": GAIN}
+
+
 def modulations(law: Term, rig: Rig, records: Sequence[Record]) -> Iterator[tuple[Term, list[Floats]]]:
     """A law in proportion to every channel, growing and fading with it, and the proportion (n,) on every record."""
     for (name, ends), late_s in itertools.product(rig.ends.items(), rig.late_s):
@@ -228,67 +272,18 @@ def _late(column: Floats, late_s: float, dt_s: float) -> Floats:
     return found
 
 
-@jit
-def _curve_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    """v plus, or times one plus where c[-1] is 1, a broken line of u[0] through the knots c[:n], heights c[n:2 n]."""
-    n = c.size // 2
-    at = min(max(u[0], c[0]), c[n - 1])
-    i = 0
-    while i < n - 2 and at > c[i + 1]:
-        i += 1
-    share = (at - c[i]) / (c[i + 1] - c[i])
-    height = (1.0 - share) * c[n + i] + share * c[n + i + 1]
-    return v * (1.0 + height) if c[2 * n] == 1.0 else v + height
-
-
-def free_curve(
-    channel: str, column: Floats, sigma: float, *, site: Site = "deformation", knots: int = KNOTS
-) -> Term | None:
-    """A bias of the deformation, a force, or a gain of the force, that is any broken line of a channel.
-
-    None where it has too few levels. sigma: of its heights, mm, N or a share.
-    """
-    at = np.unique(np.quantile(column, np.linspace(0.005, 0.995, knots)))
-    if len(at) < 3 or not moves(column):
-        return None
-    names = [f"height_{i}" for i in range(len(at))]
-    effect = Effect(
-        name=f"curve of {channel}",
-        title=f"{site} that follows {channel}",
-        site=site,
-        channels=(channel,),
-        parameters=tuple(Parameter(name, "", 0.0, -1e9, 1e9, (sigma,), "height") for name in names),
-        step=_curve_step,
-        prepare=lambda p, dt_s: np.concatenate((at, [p[name] for name in names], [float(site == "gain")])),
-        n_state=0,
-        equation="",
-        source="",
-        separating_test="",
-    )
-    return at_start(effect, dict.fromkeys(names, sigma), {})
-
-
-MINUS = " - "
 OWN = ("deformation_mm", "force_N", "time_s")  # what the model reads itself; the clock stands for whatever went on
 
 
 def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
     """Every moving channel, and differences and products of two, with the channels that each is made of."""
     single = [name for name, column in channels.items() if _strange(name) and moves(column)]
-    found: dict[str, tuple[str, ...]] = {name: (name,) for name in single}
+    found: dict[str, tuple[str, ...]] = {quoted(name): (name,) for name in single}
     for a, b in itertools.combinations(single, 2):
         if _unit(a) == _unit(b):
-            found[f"{b}{MINUS}{a}"] = (a, b)
-        found[f"{a} * {b}"] = (a, b)
+            found[difference(a, b)] = (a, b)
+        found[product(a, b)] = (a, b)
     return found
-
-
-def column_of(name: str, parts: Sequence[str], channels: Mapping[str, Floats]) -> Floats:
-    """One of `combined`, from the channels that it is made of."""
-    first, *other = (channels[part] for part in parts)
-    if not other:
-        return first
-    return other[0] - first if MINUS in name else first * other[0]
 
 
 def _strange(name: str) -> bool:

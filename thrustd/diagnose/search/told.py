@@ -14,6 +14,7 @@ from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Parameter
+from thrustd.model.free_curve import is_curve
 
 UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
@@ -57,7 +58,7 @@ class ParameterEstimate:
 
 
 def sentences(numbers: Sequence[ParameterEstimate]) -> list[str]:
-    """One a number; the elements of a spectrum, of which none says much alone, in one."""
+    """One a number; the elements of a spectrum or a curve, of which none says much alone, in one."""
     found = []
     for effect in dict.fromkeys(number.effect for number in numbers):
         every = [number for number in numbers if number.effect == effect]
@@ -65,8 +66,9 @@ def sentences(numbers: Sequence[ParameterEstimate]) -> list[str]:
         if len(own) >= SPECTRUM:
             unit = f" {own[0].unit}" if own[0].unit not in ("", "-") else ""
             sizes = f"{min(n.value for n in own):.2g} to {max(n.value for n in own):.2g}{unit}"
-            total = sum(number.value for number in own)
-            found.append(f"{effect}: {len(own)} elements of {sizes}, {total:.3g}{unit} together")
+            together = f", {sum(number.value for number in own):.3g}{unit} together"
+            many = f"{len(own)} heights of {sizes}" if is_curve(effect) else f"{len(own)} elements of {sizes}{together}"
+            found.append(f"{effect}: {many}")
         else:
             own = []
         found += [number.sentence for number in every if number not in own]

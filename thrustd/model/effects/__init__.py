@@ -2,7 +2,8 @@
 
 Effects of a user's file join by `put_on_shelf`; a name that is a formula is an effect made of it (model/expression.py),
 one like `hysteresis by voltage_V` a law of the shelf whose strength follows a channel (model/modulated.py), one like
-`thermal_expansion at sat_degC` a thermal one of another temperature (model/elsewhere.py).
+`thermal_expansion at sat_degC` a thermal one of another temperature (model/elsewhere.py), one like `curve of sat_degC`
+whatever follows a channel (model/free_curve.py).
 """
 
 from collections.abc import Collection, Mapping
@@ -15,6 +16,7 @@ from thrustd.core.errors import ModelError
 from thrustd.model.effect import Effect
 from thrustd.model.elsewhere import AT, KIND, TEMPERATURE, at_column, is_temperature, thermal
 from thrustd.model.expression import expression_effect, is_expression
+from thrustd.model.free_curve import curve_named, is_curve
 from thrustd.model.modulated import BY, modulated
 
 ENTRY_POINT = "thrustd.effects"
@@ -49,6 +51,8 @@ _more: dict[str, Effect] = {}  # loaded from files since the start of the proces
 
 def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     """The effect of that name (or formula, which may read `columns`); ModelError that lists what there is."""
+    if is_curve(name):
+        return curve_named(name)
     law, by, channel = name.partition(BY)
     if by and not is_expression(law.partition(AT)[0]):
         return modulated(effect_named(law), channel)

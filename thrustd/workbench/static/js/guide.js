@@ -199,6 +199,18 @@ function afterDiagnosis(asked, chosen) {
       label: store.view === "add" ? null : store.view === "overview" ? "Save and compile" : "See found and true",
       go: () => go(store.view === "overview" ? "add" : "overview"),
     };
+  const curve = asked.verdict.includes("unknown") && !unread(asked) ? asked.curves?.[0] : null;
+  if (curve)
+    return {
+      view: store.view === "missing" ? "add" : "missing",
+      say:
+        `Something is left that no effect that was tried explains; it follows ${asked.depends_on.join(", ")}. ` +
+        "Its free curve can be added as it is: it says what the force follows, and not why. If you know the law, try it as a hypothesis of your own.",
+      label: store.view === "missing" ? `Add ${curve}` : "Show me",
+      go: () => (store.view === "missing" ? goAndAdd([curve]) : go("missing")),
+      kinds: ["extend"],
+      other: store.view === "missing" ? { label: "Save and compile", go: keep } : null,
+    };
   if (asked.verdict.includes("unknown"))
     return {
       view: "missing",

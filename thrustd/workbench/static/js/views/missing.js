@@ -162,7 +162,8 @@ function verdict(a) {
           h("b", a.depends_on.map((d) => d.channel).join(", ") || "no channel of this file"),
           a.depends_on.length ? "; see its picture below." : ".",
         ];
-  const laws = a.candidates.filter((c) => c.in_verdict).map((c) => c.name);
+  const laws = a.candidates.filter((c) => c.in_verdict).map((c) => c.name),
+    curve = kind === "unknown" ? a.depends_on[0]?.name : null;
   return h(
     "section",
     { class: `panel verdict ${kind}` },
@@ -180,6 +181,7 @@ function verdict(a) {
       known.length && laws.length
         ? h("button", { class: "primary", onclick: attempt(() => goAndAdd(laws)) }, `Add ${known.join(" and ")}`)
         : null,
+      curve ? h("button", { class: "primary", onclick: attempt(() => goAndAdd([curve])) }, `Add ${curve}`) : null,
       h("button", { onclick: attempt(diagnoseNow) }, "Ask again"),
     ),
   );
