@@ -44,9 +44,11 @@ def _page(browser, url, width=1280, height=800, scheme="light"):
     page.set_default_timeout(60_000)
     page.on("pageerror", lambda problem: complaints.append(str(problem)))
     page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
-    page.goto(url)
-    yield page
-    page.context.close()
+    try:
+        page.goto(url)
+        yield page
+    finally:
+        page.context.close()
     expected = ("Failed to load resource",)  # refused requests are what some tests are about
     said = [line for line in complaints if not line.startswith(expected)]
     assert said == [], said
@@ -55,6 +57,20 @@ def _page(browser, url, width=1280, height=800, scheme="light"):
 def idle(page):
     """Wait until no job runs."""
     page.wait_for_selector("html[data-busy='0']", timeout=LONG_MS)
+
+
+DRAWN = """async () => {
+    await (await fetch("static/icon.svg")).text();
+    await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+}"""
+
+
+def let_go(page, *routes):
+    """Let answers that were held come, and wait until the page has made of them what it makes of them."""
+    for route in routes:
+        with page.expect_request_finished(lambda request, wanted=route.request: request == wanted):
+            route.continue_()
+    page.evaluate(DRAWN)  # one more answer, and one more picture: those before are behind
 
 
 OTHER = """word => {

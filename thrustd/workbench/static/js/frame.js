@@ -114,8 +114,9 @@ export class Frame {
     const same = key === this.key;
     this.view?.close?.();
     this.key = key;
-    fill(this.body);
-    this.view = VIEWS[key](this.body);
+    const own = h("div"); // what a view that was left still draws is seen by nobody
+    fill(this.body, own);
+    this.view = VIEWS[key](own);
     document.title = `${NAMES[key]} · thrustd workbench`;
     if (!same) this.main.scrollTop = 0;
   }

@@ -22,6 +22,7 @@ export function answerView(root, of) {
     } else if (found.report !== shown) {
       const answer = await report(found.report);
       if (shown === found.report) return; // another update was faster: what was chosen since stays chosen
+      if (find()?.report !== found.report) return; // another one is asked for since: what is drawn of it stays
       shown = found.report;
       show(answer, head);
     }
