@@ -1,12 +1,15 @@
 """Debian's chromium for tests, one for all tests of a module; where there is none, the test says how to get it."""
 
 import shutil
+import time
 from contextlib import contextmanager
 from functools import partial
+from typing import Any
 
 import pytest
 
 PATHS = ("chromium", "chromium-browser", "google-chrome")
+WAIT_MS = 60_000  # for anything else
 LONG_MS = 300_000  # a fit on a busy machine
 
 
@@ -41,7 +44,7 @@ def page_of(browser):
 def _page(browser, url, width=1280, height=800, scheme="light"):
     complaints: list[str] = []
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
-    page.set_default_timeout(60_000)
+    page.set_default_timeout(WAIT_MS)
     page.on("pageerror", lambda problem: complaints.append(str(problem)))
     page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
     try:
@@ -65,12 +68,31 @@ DRAWN = """async () => {
 }"""
 
 
-def let_go(page, *routes):
+@contextmanager
+def held(page, pattern):
+    """What the server answers meanwhile waits, in this list of (route, answer); what is left in it comes at the end."""
+    waiting: list[tuple[Any, Any]] = []
+    page.route(pattern, lambda route: waiting.append((route, route.fetch())))
+    yield waiting
+    while waiting:
+        let_go(page, waiting.pop(0))
+    page.unroute(pattern)
+
+
+def let_go(page, *answers):
     """Let answers that were held come, and wait until the page has made of them what it makes of them."""
-    for route in routes:
+    for route, answer in answers:
         with page.expect_request_finished(lambda request, wanted=route.request: request == wanted):
-            route.continue_()
+            route.fulfill(response=answer)
     page.evaluate(DRAWN)  # one more answer, and one more picture: those before are behind
+
+
+def until(page, holds, *given):
+    """Wait for what the page does not show; events are heard of while the browser is listened to."""
+    deadline_s = time.monotonic() + WAIT_MS / 1000
+    while not holds(*given):
+        assert time.monotonic() < deadline_s
+        page.wait_for_timeout(20)
 
 
 OTHER = """word => {

@@ -1,38 +1,43 @@
 """Answers that come late: what the person did meanwhile stays, and an older answer is never drawn over a newer one."""
 
 import json
-import time
-from contextlib import contextmanager
+import shutil
 
 import pytest
 
 from tests.conftest import simple_model
-from tests.workbench.browser import LONG_MS, idle, let_go
+from tests.workbench.browser import held, idle, let_go, until
 from tests.workbench.served import workbench
+from tests.workbench.test_follow import write_log
 from tests.workbench.test_server import small_record
 from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
 
 RECORDS = ("one.csv", "two.csv")
+FLIGHT_S = 300
 
 
 @pytest.fixture(scope="module")
 def compared(browser, tmp_path_factory):
-    """One model, compared with each of two recordings."""
+    """One model, compared with each of two recordings, and a flight."""
     folder = tmp_path_factory.mktemp("late")
     (folder / "model.json").write_text(write_model(simple_model()))
     for name in RECORDS:
         write_recording(small_record(), folder / name)
+    write_log(folder / "flight.mcap", seconds=FLIGHT_S)
+    shutil.copy(folder / "flight.mcap", folder / "second.mcap")
     with workbench(folder) as served:
-        for name in RECORDS:
+        for name in (*RECORDS, "flight.mcap", "second.mcap"):
             assert served.order("prepare", recording=name)["state"] == "done"
+        for name in RECORDS:
             assert served.order("compare", models=["model.json"], recordings=[name])["state"] == "done"
+            assert served.order("simulate", recording=name, models=["model.json"])["state"] == "done"
         yield served
 
 
 @pytest.fixture
 def served(compared):
-    choose(compared, model="model.json", measured=["one.csv"], heldout=[], bench=[])
+    choose(compared, model="model.json", measured=["one.csv"], heldout=[], bench=[], unchecked=False)
     return compared
 
 
@@ -41,32 +46,21 @@ def choose(served, **fields):
     assert status == 200, said
 
 
-@contextmanager
-def held(page, pattern):
-    """The answers that come meanwhile wait, in this list; those that are still in it come at the end."""
-    waiting = []
-    page.route(pattern, lambda route: waiting.append(route))
-    yield waiting
-    while waiting:
-        let_go(page, waiting.pop(0))
-    page.unroute(pattern)
+def go(page, name):
+    page.locator("nav a", has_text=name).click()
 
 
-def until(page, count, waiting):
-    """Wait until answers of so many addresses are held; they are heard of while the browser is listened to."""
-    deadline_s = time.monotonic() + LONG_MS / 1000
-    while len({route.request.url for route in waiting}) < count:
-        assert time.monotonic() < deadline_s, waiting
-        page.wait_for_timeout(20)
+def addresses(waiting):
+    return {route.request.url for route, _ in waiting}
 
 
 def test_an_answer_that_comes_when_its_screen_was_left_is_drawn_on_no_other(page_of, served):
     with page_of(served.url) as page:
         idle(page)
         with held(page, "**/api/reports/*") as waiting:
-            page.locator("nav a", has_text="Where it fails").click()
-            until(page, 1, waiting)
-            page.locator("nav a", has_text="Overview").click()
+            go(page, "Where it fails")
+            until(page, lambda: waiting)
+            go(page, "Overview")
             page.locator("table.recordings").wait_for()
         assert page.locator("table.recordings").count() == 1
         assert page.get_by_text("In words, worst first").count() == 0
@@ -76,12 +70,26 @@ def test_the_answer_about_another_recording_is_not_drawn_over_that_of_the_chosen
     with page_of(served.url) as page:
         idle(page)
         with held(page, "**/api/reports/*") as waiting:
-            page.locator("nav a", has_text="Where it fails").click()
-            until(page, 1, waiting)
+            go(page, "Where it fails")
+            until(page, lambda: waiting)
             page.get_by_label("measured recording").select_option("two.csv")
-            until(page, 2, waiting)
-            newer = [route for route in waiting if route.request.url != waiting[0].request.url]
-            waiting[:] = [route for route in waiting if route not in newer]
+            until(page, lambda: len(addresses(waiting)) == 2)
+            newer = [one for one in waiting if one[0].request.url != waiting[0][0].request.url]
+            waiting[:] = [one for one in waiting if one not in newer]
             let_go(page, *newer)
             page.get_by_role("heading", name="model.json on two.csv", exact=True).wait_for()
+        page.get_by_role("heading", name="model.json on two.csv", exact=True).wait_for()
         assert page.get_by_role("heading", name="model.json on one.csv", exact=True).count() == 0
+
+
+def test_what_was_said_stays_while_the_page_asks_for_itself(page_of, served):
+    with page_of(f"{served.url}#fails") as page:
+        page.get_by_role("heading", name="model.json on one.csv", exact=True).wait_for()
+        asked = {"models": ["model.json"], "recordings": ["one.csv"], "condition": {"channel": "force_N", "low": 1e9}}
+        assert served.order("compare", **asked)["state"] == "failed"
+        problem = page.locator(".notice.problem", has_text="condition")
+        problem.wait_for()
+        choose(served, heldout=["two.csv"])
+        checked = page.get_by_label("recording nothing is fitted to").locator("option:checked", has_text="two")
+        checked.wait_for(state="attached")
+        assert problem.count() == 1

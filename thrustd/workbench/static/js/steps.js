@@ -3,7 +3,7 @@
 import { against, latest } from "./answers.js";
 import { newtons } from "./format.js";
 import { parentOf } from "./ledger.js";
-import { attempt, order, running, say, session, store } from "./store.js";
+import { byItself, order, running, say, session, store } from "./store.js";
 
 export async function exerciseNow(strength = 3) {
   return order("exercise", { strength: typeof strength === "number" ? strength : 3 });
@@ -38,7 +38,7 @@ export function readNext() {
   const next = store.server.recordings.find((one) => !one.meta && !one.table && !one.growing && !read.has(one.name));
   if (!next || running("prepare")) return;
   read.add(next.name);
-  attempt(order)("prepare", { recording: next.name });
+  byItself(order)("prepare", { recording: next.name });
 }
 
 // effects: the laws that fit best, by the names that extend takes

@@ -118,11 +118,19 @@ export function say(line, kind = "problem") {
   document.dispatchEvent(new CustomEvent("say", { detail: { line, kind } }));
 }
 
-// run what may fail; the one line of the problem is shown, and those of before are over
-export const attempt =
+// run what the person asked for and what may fail; the one line of the problem is shown, and those of before are over
+export const attempt = (work) => {
+  const tried = byItself(work);
+  return (...given) => {
+    document.dispatchEvent(new CustomEvent("attempt"));
+    return tried(...given);
+  };
+};
+
+// the same of what the page does by itself: nobody has tried anything else, so what was said stays
+export const byItself =
   (work) =>
   async (...given) => {
-    document.dispatchEvent(new CustomEvent("attempt"));
     try {
       return await work(...given);
     } catch (problem) {

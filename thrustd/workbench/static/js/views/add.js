@@ -7,7 +7,7 @@ import { beforeAfter } from "../evidence_charts.js";
 import { newtons, plusMinus, typeset } from "../format.js";
 import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
-import { attempt, model, refresh, report, running, say, session } from "../store.js";
+import { attempt, byItself, model, refresh, report, running, say, session } from "../store.js";
 import { removed, WORTH } from "../worth.js";
 import { keepJobs, keepPanel } from "./keep.js";
 
@@ -167,7 +167,7 @@ export function add(root) {
   // the residual of both models on every recording; filled when the report is here
   function pictures(r) {
     const places = h("div.pair");
-    attempt(async () => {
+    byItself(async () => {
       const { histories } = await report(r.report),
         names = [...new Set(histories.map((one) => one.recording))];
       fill(

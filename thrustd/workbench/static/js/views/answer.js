@@ -4,7 +4,7 @@ import { latest } from "../answers.js";
 import { fill, h, heading } from "../dom.js";
 import { percent } from "../format.js";
 import { bar } from "../ledger.js";
-import { attempt, report, running, session } from "../store.js";
+import { attempt, byItself, report, running, session } from "../store.js";
 
 // kind of the order; title and words at the head; label of the button; ask() orders; never(session) says why it is empty;
 // show(answer, head) draws; find() is the answer, can(session) whether it may be asked for, `wants` what else is missing
@@ -14,7 +14,7 @@ export function answerView(root, of) {
   const head = heading(title, words);
   let shown = null;
 
-  const update = attempt(async () => {
+  const update = byItself(async () => {
     const found = find();
     if (!found) {
       shown = null;

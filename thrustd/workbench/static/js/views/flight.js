@@ -3,7 +3,7 @@
 import { query } from "../api.js";
 import { fill, h, heading, select } from "../dom.js";
 import { fetchWindow, valueAt } from "../lines.js";
-import { attempt, order, store } from "../store.js";
+import { attempt, byItself, order, store } from "../store.js";
 import { live } from "./live.js";
 import { playback } from "./playback.js";
 
@@ -156,7 +156,7 @@ export function flight(root) {
       );
       if (!failed && ui.asked !== card.name) {
         ui.asked = card.name;
-        attempt(order)("prepare", { recording: card.name });
+        byItself(order)("prepare", { recording: card.name });
       }
       fill(
         body,

@@ -8,7 +8,7 @@ import { bandedOf, panelsOf } from "../history_panels.js";
 import { historyTools } from "../history_tools.js";
 import { askMark, marksTable } from "../marks.js";
 import { save } from "../save.js";
-import { attempt, order, recording, refresh, running, session, store } from "../store.js";
+import { attempt, byItself, order, recording, refresh, running, session, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
 const ui = () =>
@@ -86,7 +86,7 @@ export function histories(root) {
     const key = kind + JSON.stringify(fields);
     if (asked.has(key)) return;
     asked.add(key);
-    attempt(order)(kind, fields);
+    byItself(order)(kind, fields);
   }
 
   function sheetPanel(name) {

@@ -4,7 +4,7 @@ import { EngineTile, errorPanel, FIELDS, settledAt, thrustPanel, twoFlightsPanel
 import { clock, seconds } from "../format.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { MountTable } from "../mounts.js";
-import { attempt, store } from "../store.js";
+import { byItself, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
 const LOOK = 20_000; // points of a look at the whole flight
@@ -133,7 +133,7 @@ export function playback(body, card, engines, channels, other) {
   }
 
   function tick() {
-    if (now.t < now.from || now.t >= now.until) attempt(load)();
+    if (now.t < now.from || now.t >= now.until) byItself(load)();
     else paint();
   }
 
@@ -167,8 +167,8 @@ export function playback(body, card, engines, channels, other) {
     }
     before = present;
   }, 100);
-  attempt(begin)();
-  attempt(load)();
+  byItself(begin)();
+  byItself(load)();
   return () => {
     clearInterval(timer);
     sheet.close();
