@@ -93,3 +93,36 @@ def test_what_was_said_stays_while_the_page_asks_for_itself(page_of, served):
         checked = page.get_by_label("recording nothing is fitted to").locator("option:checked", has_text="two")
         checked.wait_for(state="attached")
         assert problem.count() == 1
+
+
+def test_of_several_files_each_that_is_refused_is_said(page_of, served):
+    with page_of(served.url) as page:
+        idle(page)
+        files = [{"name": name, "mimeType": "text/csv", "buffer": b"x"} for name in RECORDS]
+        page.locator("input[type=file]").set_input_files(files)
+        page.locator(".notice.problem", has_text="two.csv").wait_for()
+        assert page.locator(".notice.problem", has_text="one.csv").count() == 1
+
+
+def test_the_end_of_an_upload_is_told_although_it_came_before_the_stream_of_events(page_of, served):
+    with page_of(served.url) as page:
+        streams = []
+        page.route("**/api/events", lambda route: streams.append(route))
+        page.reload()
+        until(page, lambda: streams)
+        page.locator("input[type=file]").set_input_files(
+            {"name": "bad.csv", "mimeType": "text/csv", "buffer": b"time_s,force_N\n0,1\n1,oops\n"}
+        )
+        until(page, lambda: [job for job in served.get("api/state")["jobs"] if "oops" in job["error"]])
+        streams[0].continue_()
+        page.locator(".notice.problem", has_text="oops").wait_for()
+
+
+def test_work_is_going_on_until_the_outcome_of_a_job_is_known(page_of, served):
+    with page_of(served.url) as page:
+        idle(page)
+        with held(page, "**/api/state") as waiting:
+            served.order("prepare", recording="one.csv")
+            until(page, lambda: waiting)
+            assert page.locator("html").get_attribute("data-busy") != "0"
+        idle(page)

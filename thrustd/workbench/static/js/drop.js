@@ -2,7 +2,7 @@
 
 import { fileUrl, put } from "./api.js";
 import { h } from "./dom.js";
-import { attempt, refresh, session, store } from "./store.js";
+import { attempt, byItself, ended, store } from "./store.js";
 
 export function dropFiles(target) {
   let veil = null;
@@ -36,13 +36,10 @@ export function dropFiles(target) {
   });
 }
 
-export async function addFiles(files) {
-  for (const file of files) await attempt(add)(file);
-}
+export const addFiles = attempt(async (files) => {
+  for (const file of files) await byItself(add)(file); // what is said of one file stays while the next is taken
+});
 
 async function add(file) {
-  const job = await put(fileUrl(file.name), file);
-  if (!store.server.jobs.some((one) => one.id === job.id)) store.server.jobs.unshift(job);
-  await refresh();
-  return session();
+  ended(await put(fileUrl(file.name), file));
 }

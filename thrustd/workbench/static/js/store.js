@@ -8,7 +8,8 @@ export const store = {
   server: null, // answer of api/state
   reports: new Map(), // number -> report
   view: viewOf(location.hash),
-  asking: 0, // orders on their way to the server: work that no job stands for yet
+  asking: 0, // orders on their way to the server, ends whose outcome is on its way back: work that no job stands for
+  refused: 0, // choices that the server did not take
   focus: null, // {recording, from, to, why}: where the time histories should look
   ui: {}, // what views remember between renderings
 };
@@ -62,7 +63,7 @@ const over = (job) => ["done", "failed", "cancelled"].includes(job.state);
 const waiting = new Map();
 const told = new Set(); // jobs whose end was told
 async function finished(job) {
-  await refresh();
+  await busy(refresh);
   tell(job);
   changed("state");
 }
@@ -78,8 +79,12 @@ function tell(job) {
 
 // queue a job; resolves with the finished job
 export async function order(kind, fields = {}) {
-  const job = await asked({ kind, ...fields }),
-    { jobs } = store.server,
+  return ended(await busy(() => post("api/jobs", { kind, ...fields })));
+}
+
+// resolves with a job when it is over; its end is told, although it may have come before the stream of events is open
+export function ended(job) {
+  const { jobs } = store.server,
     known = jobs.find((one) => one.id === job.id);
   if (known && over(known)) {
     tell(known); // its end was heard before the answer to the order
@@ -90,11 +95,11 @@ export async function order(kind, fields = {}) {
   refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this job
   return new Promise((resolve) => waiting.set(job.id, resolve));
 }
-async function asked(work) {
+async function busy(work) {
   store.asking++;
   changed("jobs");
   try {
-    return await post("api/jobs", work);
+    return await work();
   } finally {
     store.asking--;
     changed("jobs");
