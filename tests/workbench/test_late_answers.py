@@ -82,6 +82,29 @@ def test_the_answer_about_another_recording_is_not_drawn_over_that_of_the_chosen
         assert page.get_by_role("heading", name="model.json on one.csv", exact=True).count() == 0
 
 
+def test_a_choice_is_not_taken_back_by_a_state_that_was_asked_for_before(page_of, served):
+    with page_of(served.url) as page:
+        idle(page)
+        measured = page.get_by_label("measured recording")
+        with held(page, "**/api/state") as waiting:
+            choose(served, heldout=["two.csv"])
+            until(page, lambda: waiting)
+            with page.expect_response("**/api/session"):
+                measured.select_option("flight.mcap")
+            let_go(page, waiting.pop(0))
+            assert measured.input_value() == "flight.mcap"
+        assert measured.input_value() == "flight.mcap"
+
+
+def test_a_choice_that_is_refused_is_not_shown(page_of, served):
+    with page_of(served.url) as page:
+        idle(page)
+        check = page.get_by_label("recording nothing is fitted to")
+        check.select_option("one.csv")
+        page.locator(".notice.problem", has_text="fitted to").wait_for()
+        assert check.input_value() == ""
+
+
 def test_what_was_said_stays_while_the_page_asks_for_itself(page_of, served):
     with page_of(f"{served.url}#fails") as page:
         page.get_by_role("heading", name="model.json on one.csv", exact=True).wait_for()

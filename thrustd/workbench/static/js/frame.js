@@ -167,6 +167,7 @@ export class Frame {
         models.map((m) => m.name),
         session,
         wanted,
+        store.refused,
       )
     )
       return;

@@ -14,7 +14,7 @@ export const store = {
   ui: {}, // what views remember between renderings
 };
 const listeners = new Set();
-let pending = 0;
+let newest = null; // question for the state
 
 export const listen = (listener) => {
   listeners.add(listener);
@@ -24,13 +24,15 @@ export function changed(what = "all") {
   for (const listener of [...listeners]) listener(what);
 }
 
-export async function refresh() {
-  const mine = ++pending,
-    server = await get("api/state");
-  if (mine !== pending) return;
-  store.server = server;
-  for (const job of server.jobs) if (waiting.has(job.id) && over(job)) tell(job); // ended before the stream was open
-  changed("state");
+export function refresh() {
+  const asked = get("api/state").then((server) => {
+    if (asked !== newest) return newest; // what was asked later knows more
+    store.server = server;
+    for (const job of server.jobs) if (waiting.has(job.id) && over(job)) tell(job); // ended before the stream was open
+    changed("state");
+  });
+  newest = asked;
+  return asked;
 }
 
 const AGAIN_MS = 3000; // after which a server that is gone is asked again
@@ -108,8 +110,15 @@ async function busy(work) {
 export const cancel = (job) => remove("api/jobs/" + job.id);
 
 export async function choose(fields) {
-  store.server.session = await post("api/session", fields);
-  changed("state");
+  try {
+    store.server.session = await post("api/session", fields);
+    refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this choice
+  } catch (problem) {
+    store.refused++; // lists that show the choice are drawn anew
+    throw problem;
+  } finally {
+    changed("state");
+  }
 }
 
 export async function report(number) {
