@@ -1,6 +1,7 @@
 """Answers that come late: what the person did meanwhile stays, and an older answer is never drawn over a newer one."""
 
 import json
+import re
 import shutil
 
 import pytest
@@ -149,3 +150,39 @@ def test_work_is_going_on_until_the_outcome_of_a_job_is_known(page_of, served):
             until(page, lambda: waiting)
             assert page.locator("html").get_attribute("data-busy") != "0"
         idle(page)
+
+
+def test_the_place_of_a_flight_that_was_gone_to_last_is_shown(page_of, served):
+    with page_of(f"{served.url}#flight") as page:
+        left = page.locator(".engine").first
+        idle(page)
+        left.locator(".lamp").first.wait_for()
+        with held(page, "**/api/lines*buckets=4000*") as waiting:
+            for number, at_s in enumerate((150, 20), start=1):
+                page.get_by_label("time", exact=True).evaluate(
+                    "(slider, at) => { slider.value = at; slider.dispatchEvent(new Event('input')); }", at_s
+                )
+                until(page, lambda windows=3 * number: len(waiting) == windows)  # of two engines and the mounts
+            newer, waiting[:] = waiting[3:], waiting[:3]
+            let_go(page, *newer)
+            left.locator("b", has_text=re.compile(r"^20\d\d$")).wait_for()
+        left.locator("b", has_text=re.compile(r"^20\d\d$")).wait_for()
+
+
+def test_a_log_is_followed_on_after_an_answer_that_failed(page_of, served):
+    failed = []
+    with page_of(served.url) as page:
+        page.route("**/api/live*", lambda route: route.continue_() if failed else (failed.append(1), route.abort()))
+        go(page, "Live and flight")
+        page.get_by_role("button", name="Follow live").click()
+        page.locator(".engine b").first.wait_for()
+        assert failed
+
+
+def test_play_is_pressed_although_a_shift_was_typed_before(page_of, served):
+    with page_of(f"{served.url}#flight") as page:
+        page.get_by_label("second flight").select_option("second.mcap")
+        page.get_by_label("time shift in seconds").press_sequentially("5")
+        page.get_by_role("button", name="Play", exact=True).click()
+        page.get_by_role("button", name="Pause", exact=True).wait_for()
+        assert page.get_by_label("time shift in seconds").input_value().endswith("5")

@@ -63,7 +63,7 @@ export function flight(root) {
           },
           "Follow live",
         ),
-        mode === "play" && found.length > 1 ? beside(found, chosen) : null,
+        mode === "play" && found.length > 1 ? beside(found, chosen, (shift_s) => shifted(body, shift_s)) : null,
         chosen?.meta
           ? h(
               "a",
@@ -90,8 +90,14 @@ export function flight(root) {
     else stop = play(body, chosen);
   }
 
+  // the same flights, shifted otherwise: the cursor stays where it is, and a button that is being pressed what it is
+  function shifted(body, shift_s) {
+    ui.shift_s = shift_s;
+    body.dispatchEvent(new CustomEvent("shift"));
+  }
+
   // a second flight to lie over the first, and by how much it is shifted
-  function beside(found, chosen) {
+  function beside(found, chosen, say) {
     const others = found.filter((r) => r.name !== chosen.name && r.meta),
       other = others.find((r) => r.name === ui.other);
     const shift = h("input", {
@@ -99,10 +105,7 @@ export function flight(root) {
       step: "any",
       value: ui.shift_s ?? 0,
       "aria-label": "time shift in seconds",
-      onchange: (event) => {
-        ui.shift_s = Number(event.target.value) || 0;
-        draw();
-      },
+      onchange: (event) => say(Number(event.target.value) || 0),
     });
     return h(
       "span.toolbar",
@@ -125,8 +128,11 @@ export function flight(root) {
             "button",
             {
               onclick: attempt(async () => {
-                ui.shift_s = await bestShift(chosen, other);
-                draw();
+                const typed = shift.value,
+                  found_s = await bestShift(chosen, other);
+                if (!shift.isConnected || shift.value !== typed) return; // other flights or another shift since
+                shift.value = found_s;
+                say(found_s);
               }),
             },
             "Align",
@@ -184,7 +190,7 @@ export function flight(root) {
       channels,
       other && {
         name: other.name,
-        shift_s: ui.shift_s ?? 0,
+        shift: () => ui.shift_s ?? 0,
         channels: new Set(other.meta.channels.map((c) => c.name)),
       },
     );

@@ -1,13 +1,13 @@
 // A log that a daemon is writing, followed: the latest estimates, readings and faults.
 
-import { get, query } from "../api.js";
+import { get, Problem, query } from "../api.js";
 import { fill, h, panel } from "../dom.js";
 import { EngineTile } from "../engine.js";
 import { count, number } from "../format.js";
 import { MountTable } from "../mounts.js";
-import { attempt } from "../store.js";
 import { LiveStrip } from "../strip.js";
 
+const EVERY_MS = 1000;
 const OLD_S = 2; // a reading that has not come for this long is said to be old
 
 export function live(body, log, state) {
@@ -33,7 +33,19 @@ export function live(body, log, state) {
     bytes = -1,
     over = false;
 
-  const look = attempt(async () => {
+  async function look() {
+    try {
+      await read();
+    } catch (problem) {
+      if (!(problem instanceof Problem)) console.error(problem);
+      state.textContent = `○ ${problem.message}`;
+      again(EVERY_MS); // a server that is gone may come back
+    }
+  }
+  const again = (ms) => {
+    if (!over) timer = setTimeout(look, ms);
+  };
+  async function read() {
     const found = await get("api/live?" + query({ log, after }));
     if (over) return;
     after = found.next;
@@ -70,8 +82,8 @@ export function live(body, log, state) {
         ? said.map(([what, n]) => h("div", h("span", what), h("b.num", `× ${count(n)}`)))
         : h("div", h("span.good", "none")),
     );
-    timer = setTimeout(look, growing && found.rows.length > 5000 ? 0 : 1000);
-  });
+    again(growing && found.rows.length > 5000 ? 0 : EVERY_MS);
+  }
   let timer = setTimeout(look, 0);
   return () => {
     over = true;

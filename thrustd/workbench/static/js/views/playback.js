@@ -10,10 +10,11 @@ import { Sheet } from "../timeplot.js";
 const LOOK = 20_000; // points of a look at the whole flight
 const AHEAD_S = 20; // of playback fetched at once, times its speed
 
-// other: {name, shift_s, channels} of a second flight to lie over this one, or null
+// other: {name, shift(), channels} of a second flight to lie over this one, or null; `body` hears "shift" when it is another
 export function playback(body, card, engines, channels, other) {
   const limits = [card.meta.start_s, card.meta.stop_s],
     tiles = engines.map((name) => new EngineTile(name));
+  let over = false; // another flight is shown
   const now = { t: limits[0], speed: 5, playing: false, windows: [], until: -1, from: 0 };
   const mounts = [...channels]
     .filter((c) => c.startsWith("mount_force_n_"))
@@ -43,7 +44,7 @@ export function playback(body, card, engines, channels, other) {
   );
   const at = h("span.num"),
     mountTable = new MountTable();
-  const second = other && { recording: other.name, shift: () => other.shift_s };
+  const second = other && { recording: other.name, shift: other.shift };
   const panels = engines.flatMap((name) =>
     [
       thrustPanel(name, channels, 170),
@@ -108,9 +109,11 @@ export function playback(body, card, engines, channels, other) {
     const from = now.t,
       to = Math.min(limits[1], from + AHEAD_S * now.speed);
     [now.from, now.until] = [from, to];
-    now.windows = await Promise.all(
+    const windows = await Promise.all(
       wanted.map((list) => fetchWindow(card.name, list, from, Math.max(to, from + 1), 4000)),
     );
+    if (over || now.from !== from) return; // the cursor went elsewhere meanwhile, and that is asked for
+    now.windows = windows;
     paint();
   }
 
@@ -148,6 +151,7 @@ export function playback(body, card, engines, channels, other) {
       const at = s.low.findIndex((v, k) => !Number.isNaN(v) && holds(v, s.high[k]));
       return at < 0 ? Infinity : window.time[at];
     };
+    if (over) return;
     now.clear = states.series.map((s) =>
       Object.fromEntries(
         Object.keys(store.server.status_words).map((bit) => [bit, when(states, s, (low, high) => !(low & high & bit))]),
@@ -158,6 +162,7 @@ export function playback(body, card, engines, channels, other) {
     tick();
   }
 
+  body.addEventListener("shift", () => sheet.fetch());
   let before = performance.now();
   const timer = setInterval(() => {
     const present = performance.now();
@@ -170,6 +175,7 @@ export function playback(body, card, engines, channels, other) {
   byItself(begin)();
   byItself(load)();
   return () => {
+    over = true;
     clearInterval(timer);
     sheet.close();
   };
