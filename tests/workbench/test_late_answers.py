@@ -7,6 +7,7 @@ import shutil
 import pytest
 
 from tests.conftest import simple_model
+from tests.flighttest.scene import made_flight
 from tests.workbench.browser import held, idle, let_go, until
 from tests.workbench.served import workbench
 from tests.workbench.test_follow import write_log
@@ -186,3 +187,20 @@ def test_play_is_pressed_although_a_shift_was_typed_before(page_of, served):
         page.get_by_role("button", name="Play", exact=True).click()
         page.get_by_role("button", name="Pause", exact=True).wait_for()
         assert page.get_by_label("time shift in seconds").input_value().endswith("5")
+
+
+def test_an_answer_about_a_flight_is_shown_though_the_state_changes_while_it_comes(page_of, tmp_path):
+    write_recording(made_flight((0.2, 0.25, 0.3, 0.35, 0.4)), tmp_path / "one.csv")
+    with workbench(tmp_path) as flown, page_of(flown.url) as page:
+        assert flown.order("prepare", recording="one.csv")["state"] == "done"
+        assert flown.order("flighttest", question="points", recordings=["one.csv"])["state"] == "done"
+        idle(page)
+        with held(page, "**/api/reports/*") as waiting:
+            go(page, "Flight test")
+            until(page, lambda: waiting)
+            choose(flown, unchecked=True)
+            until(page, lambda: len(waiting) == 2)
+            let_go(page, waiting.pop(0))
+            with page.expect_request_finished(lambda request: "api/state" in request.url):
+                choose(flown, unchecked=False)
+        page.get_by_role("heading", name="Test points of one.csv").wait_for()

@@ -66,6 +66,7 @@ export function flightTest(root) {
   function turn(question) {
     ui.question = question;
     number = undefined;
+    fill(shown); // the answer to another question
     draw();
   }
 
@@ -129,7 +130,7 @@ export function flightTest(root) {
             step: "any",
             value: ui.mass[key] ?? "",
             "aria-label": `${name}, kg`,
-            onchange: (event) => (ui.mass[key] = event.target.value),
+            oninput: (event) => (ui.mass[key] = event.target.value),
           }),
           "kg",
         ),
@@ -146,7 +147,7 @@ export function flightTest(root) {
           type: "text",
           value: ui.marks,
           placeholder: "found by the limits",
-          onchange: (event) => (ui.marks = event.target.value.trim()),
+          oninput: (event) => (ui.marks = event.target.value.trim()),
         }),
       ),
     );
@@ -182,8 +183,8 @@ export function flightTest(root) {
     if (!job) return fill(shown);
     const answer = await report(job.result.report),
       scheme = document.documentElement.dataset.theme;
+    if (latest()?.result.report !== job.result.report) return; // another question, or a newer answer, since
     number = job.result.report;
-    if (latest() !== job) return;
     const first = answer.tables.at(-1), // what the answer is about; the others tell more
       others = answer.tables.slice(0, -1);
     fill(
