@@ -170,6 +170,22 @@ def test_the_place_of_a_flight_that_was_gone_to_last_is_shown(page_of, served):
         left.locator("b", has_text=re.compile(r"^20\d\d$")).wait_for()
 
 
+def test_a_condition_is_called_by_what_was_asked(page_of, served):
+    with page_of(f"{served.url}#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        idle(page)
+        with held(page, "**/api/reports/*") as waiting:
+            page.get_by_label("to limit").fill("2000")
+            page.get_by_role("button", name="Show", exact=True).click()
+            until(page, lambda: waiting)
+            page.get_by_label("to limit").fill("4000")
+            go(page, "Overview")
+            go(page, "Time histories")
+            page.locator(".sheet[data-ready]").wait_for()
+        page.get_by_text("of the time; RMSE there").wait_for()
+        assert "force_N up to 2000" in page.locator(".keys").inner_text()
+
+
 def test_a_log_is_followed_on_after_an_answer_that_failed(page_of, served):
     failed = []
     with page_of(served.url) as page:

@@ -21,7 +21,9 @@ export function conditionBar(asked, recordings, models, show) {
       },
     });
   const go = attempt(async () => {
-    const limit = (text) => (text === "" ? null : Number(text));
+    const limit = (text) => (text === "" ? null : Number(text)),
+      turn = (asked.turn = (asked.turn ?? 0) + 1);
+    const words = [asked.phase, asked.low !== "" || asked.high !== "" ? `${asked.channel} ${between(asked)}` : ""];
     const job = await order("compare", {
       models: models(),
       recordings: recordings(),
@@ -29,7 +31,7 @@ export function conditionBar(asked, recordings, models, show) {
     });
     if (job.state !== "done") return;
     const found = await report(job.result.report);
-    const words = [asked.phase, asked.low !== "" || asked.high !== "" ? `${asked.channel} ${between(asked)}` : ""];
+    if (turn !== asked.turn) return; // cleared, or another one is asked for
     show(new Map(Object.entries(found.condition.intervals)), "condition: " + words.filter(Boolean).join(", "));
     const errors = found.cells.map((c) => newtons(c.rmse_n)).join(", ");
     said.textContent = `${percent(found.condition.time_share)} of the time; RMSE there ${errors}`;
@@ -76,6 +78,7 @@ export function conditionBar(asked, recordings, models, show) {
         type: "button",
         class: "plain",
         onclick: () => {
+          asked.turn = (asked.turn ?? 0) + 1;
           show(new Map(), "");
           said.textContent = "";
         },

@@ -223,14 +223,16 @@ export function histories(root) {
   const drawTools = () =>
     fill(
       tools,
-      historyTools(state, recordings, models, draw, (found, said) => {
-        [state.hits, state.why] = [found, said];
-        for (const [name, sheet] of sheets) {
-          sheet.reshade();
-          fill(keys.get(name), keysOf(name));
-        }
-      }),
+      historyTools(state, recordings, models, draw, (found, said) => state.shade(found, said)),
     );
+  // an answer may come when the screen was left and opened again: it is for the sheets in sight
+  state.shade = (found, said) => {
+    [state.hits, state.why] = [found, said];
+    for (const [name, sheet] of sheets) {
+      sheet.reshade();
+      fill(keys.get(name), keysOf(name));
+    }
+  };
 
   let signature = "";
   const look = () =>
