@@ -170,6 +170,22 @@ def test_the_place_of_a_flight_that_was_gone_to_last_is_shown(page_of, served):
         left.locator("b", has_text=re.compile(r"^20\d\d$")).wait_for()
 
 
+def test_what_was_marked_twice_in_haste_is_marked_twice(page_of, served):
+    with page_of(f"{served.url}#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        with held(page, "**/api/marks/*") as waiting:
+            for name in ("a gust", "a bump"):
+                page.get_by_role("button", name="Mark this window").click()
+                page.get_by_label("label").fill(name)
+                page.locator("dialog button", has_text="Mark").click()
+            until(page, lambda: waiting)
+        page.locator("table.marks", has_text="a bump").wait_for()
+        page.locator("table.marks", has_text="a gust").wait_for(timeout=5000)
+        for left in (1, 0):
+            page.get_by_role("button", name="remove").first.click()
+            page.wait_for_function("left => document.querySelectorAll('table.marks tr').length === left", arg=left)
+
+
 def test_a_condition_is_called_by_what_was_asked(page_of, served):
     with page_of(f"{served.url}#histories") as page:
         page.locator(".sheet[data-ready]").wait_for()

@@ -32,25 +32,27 @@ export function askMark(recording, from, to, done) {
   label.focus();
 }
 
-// the marks of a recording; `keep` gets the list as it should be
+// the marks of a recording; `keep` gets what to make of the list, whatever is in it by then
 export function marksTable(marks, show, keep) {
   if (!marks.length) return null;
   return wideTable(
     { class: "marks" },
     ["", "", ["", "num"], ["", "num"]],
-    marks.map((m, i) => [
+    marks.map((m) => [
       m.exclude ? h("b.warn", "excluded") : "marked",
       m.label || h("span.faint", "no label"),
       `${number(m.start_s, 6)} to ${number(m.stop_s, 6)} s`,
       [
         plain("show", () => show(m)),
         plain(m.exclude ? "use again" : "exclude", () =>
-          keep(marks.map((one, j) => (j === i ? { ...one, exclude: !one.exclude } : one))),
+          keep((now) => now.map((one) => (same(one, m) ? { ...one, exclude: !m.exclude } : one))),
         ),
-        plain("remove", () => keep(marks.filter((_, j) => j !== i))),
+        plain("remove", () => keep((now) => now.filter((one) => !same(one, m)))),
       ],
     ]),
   );
 }
+
+const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 
 const plain = (said, onclick) => h("button", { class: "plain", onclick }, said);

@@ -204,20 +204,26 @@ export function histories(root) {
       name,
       from,
       to,
-      attempt(async (made) => setMarks(name, [...recording(name).marks, made])),
+      attempt((made) => setMarks(name, (now) => [...now, made])),
     );
   }
 
-  async function setMarks(name, marks) {
-    await put("api/marks/" + inUrl(name), JSON.stringify(marks));
-    await refresh();
+  // one after the other: a change is made to the list that holds the one before
+  function setMarks(name, change) {
+    const kept = async () => {
+      const marks = change(recording(name).marks);
+      await put("api/marks/" + inUrl(name), JSON.stringify(marks));
+      await refresh();
+    };
+    state.marking = (state.marking ?? Promise.resolve()).then(kept, kept);
+    return state.marking;
   }
 
   const marksList = (name) =>
     marksTable(
       recording(name).marks,
       (m) => sheets.get(name).show([m.start_s, m.stop_s]),
-      attempt((marks) => setMarks(name, marks)),
+      attempt((change) => setMarks(name, change)),
     );
 
   const drawTools = () =>
