@@ -202,6 +202,42 @@ def test_a_condition_is_called_by_what_was_asked(page_of, served):
         assert "force_N up to 2000" in page.locator(".keys").inner_text()
 
 
+def test_a_drag_over_a_plot_zooms_though_the_page_changes_under_it(page_of, served):
+    with page_of(f"{served.url}#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        idle(page)
+        box = page.locator(".u-over").first.bounding_box()
+        page.mouse.move(box["x"] + 100, box["y"] + 50)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 200, box["y"] + 50)
+        with held(page, "**/api/state") as waiting:
+            choose(served, measured=["two.csv"])
+            until(page, lambda: waiting)
+        page.mouse.move(box["x"] + 300, box["y"] + 50)
+        page.mouse.up()
+        page.wait_for_function("() => location.hash.includes('from=')")
+
+
+def test_who_types_or_chooses_is_not_disturbed(page_of, served):
+    with page_of(served.url) as page:
+        idle(page)
+        folded = page.locator("table.recordings details").first
+        folded.locator("summary").click()
+        role = page.get_by_label("use of one.csv")
+        role.click()  # the list is open
+        with held(page, "**/api/state") as waiting:
+            choose(served, heldout=["two.csv"])
+            until(page, lambda: waiting)
+        page.keyboard.press("ArrowUp")
+        page.keyboard.press("Enter")
+        page.wait_for_function(
+            "() => document.querySelector(\"select[aria-label='bench recording']\").value === 'one.csv'"
+        )
+        page.get_by_label("use of two.csv").locator("option:checked", has_text="check on").wait_for(state="attached")
+        assert folded.get_attribute("open") is not None
+        assert page.evaluate("document.activeElement.getAttribute('aria-label')") == "use of one.csv"
+
+
 def test_a_log_is_followed_on_after_an_answer_that_failed(page_of, served):
     failed = []
     with page_of(served.url) as page:
@@ -236,3 +272,11 @@ def test_an_answer_about_a_flight_is_shown_though_the_state_changes_while_it_com
             with page.expect_request_finished(lambda request: "api/state" in request.url):
                 choose(flown, unchecked=False)
         page.get_by_role("heading", name="Test points of one.csv").wait_for()
+
+
+def test_a_hypothesis_that_is_being_typed_stays(page_of, served):
+    assert served.order("diagnose", model="model.json", recordings=["one.csv"])["state"] == "done"
+    with page_of(f"{served.url}#missing") as page:
+        page.get_by_label("expression over channels").press_sequentially("k * accel")
+        page.locator(".idle button, tr.candidate").first.click()
+        assert page.get_by_label("expression over channels").input_value() == "k * accel"

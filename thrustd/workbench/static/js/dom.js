@@ -77,3 +77,15 @@ export const fill = (element, ...children) =>
   element.replaceChildren(
     ...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false),
   );
+
+// draw what may replace the element that has the focus: its successor of the same name has it then
+export function keepFocus(draw) {
+  const had = document.activeElement ?? document.body;
+  if (had === document.body) return draw();
+  const called = had.getAttribute("aria-label") ?? had.textContent,
+    same = (one) => one.className === had.className && (one.getAttribute("aria-label") ?? one.textContent) === called,
+    alike = () => [...document.querySelectorAll(had.localName)].filter(same),
+    place = alike().indexOf(had);
+  draw();
+  if (document.activeElement !== had) alike()[place]?.focus({ preventScroll: true });
+}

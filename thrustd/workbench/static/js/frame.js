@@ -1,7 +1,7 @@
 // What is always there: the loop's steps, the choice of model and recordings, the next step in words, running work.
 
 import { against } from "./answers.js";
-import { fill, h, select } from "./dom.js";
+import { fill, h, keepFocus, select } from "./dom.js";
 import { newtons } from "./format.js";
 import { nextStep } from "./guide.js";
 import { bar, ledgerOf } from "./ledger.js";
@@ -29,6 +29,8 @@ const NAMES = {
   flighttest: "Flight test",
 };
 
+const LISTS_TELL = CSS.supports("selector(select:open)");
+const LOOK_AGAIN_MS = 100;
 const KINDS = ["jobs", "state", "all", "view"]; // of changes, the later draws what the earlier does
 
 export class Frame {
@@ -72,25 +74,38 @@ export class Frame {
       this.jobs,
     );
     root.addEventListener("pointerdown", (event) => {
-      this.pressed = event.target.closest("button, a, summary") !== null; // a list that opens tells no release
+      this.pressed = event.button === 0 && !event.target.closest("select"); // a list that opens tells no release
     });
-    for (const end of ["pointerup", "pointercancel"]) addEventListener(end, () => setTimeout(() => this.release()));
+    for (const end of ["pointerup", "pointercancel"])
+      addEventListener(end, () =>
+        setTimeout(() => {
+          this.pressed = false;
+          this.release();
+        }),
+      );
     showNotices(this.notices);
     this.update("view");
   }
 
-  // what is drawn anew between press and release loses the click
+  // what is drawn anew between press and release loses the click or the drag, a list that is open its choice
   release() {
-    this.pressed = false;
-    if (this.held) this.update(this.held);
+    const held = this.held;
     this.held = null;
+    if (held) this.update(held);
   }
 
   update(what) {
-    if (this.pressed) {
+    const open = LISTS_TELL && document.querySelector("select:open");
+    if (this.pressed || open) {
       this.held = KINDS[Math.max(KINDS.indexOf(this.held), KINDS.indexOf(what))];
+      clearTimeout(this.again);
+      if (open) this.again = setTimeout(() => this.release(), LOOK_AGAIN_MS); // nobody says when a list is closed
       return;
     }
+    keepFocus(() => this.draw(what));
+  }
+
+  draw(what) {
     if (what === "jobs") {
       this.drawJobs();
       this.view?.jobs?.();

@@ -8,7 +8,7 @@ import { newtons, percent, plusMinus, typeset } from "../format.js";
 import { GRADES } from "../guide.js";
 import { bar } from "../ledger.js";
 import { diagnoseNow, goAndAdd } from "../steps.js";
-import { attempt } from "../store.js";
+import { attempt, store } from "../store.js";
 import { removed, WORTH } from "../worth.js";
 import { answerView } from "./answer.js";
 import { physicsCard } from "./physics_card.js";
@@ -229,6 +229,10 @@ function hypothesis() {
     size: "42",
     placeholder: "k * dynamic_pressure_Pa",
     "aria-label": "expression over channels",
+    value: store.ui.hypothesis ?? "",
+    oninput: () => {
+      store.ui.hypothesis = field.value; // of what is typed nothing is lost, whatever is drawn anew
+    },
   });
   return panel(
     "A hypothesis of your own",

@@ -85,7 +85,7 @@ function recordingTable(recordings) {
       [
         h("a", { href: "#histories", onclick: focus }, one.name),
         one.problem ? h("div.bad", one.problem) : null,
-        meta?.notes.length ? remarks(meta.notes) : null,
+        meta?.notes.length ? remarks(one.name, meta.notes) : null,
       ],
       role(one.name),
       length(one),
@@ -93,7 +93,8 @@ function recordingTable(recordings) {
       meta ? hertz(meta.sample_hz) : "",
       [
         meta
-          ? h(
+          ? folded(
+              `channels of ${one.name}`,
               "details",
               h(
                 "summary",
@@ -139,11 +140,19 @@ function length({ name, meta, growing }) {
   return running("prepare")?.arguments.recording === name ? "reading …" : "–";
 }
 
+// what was unfolded stays so when the table is drawn anew
+function folded(name, kind, ...held) {
+  const opened = (store.ui.opened ??= new Set());
+  const ontoggle = ({ target }) => (target.open ? opened.add(name) : opened.delete(name));
+  return h(kind, { open: opened.has(name), ontoggle }, ...held);
+}
+
 // one remark is said, many are folded
-const remarks = (notes) =>
+const remarks = (name, notes) =>
   notes.length === 1
     ? h("div.faint", notes[0])
-    : h(
+    : folded(
+        `remarks on ${name}`,
         "details.faint",
         h("summary", `${notes.length} remarks on what was read`),
         h(
