@@ -280,3 +280,18 @@ def test_a_hypothesis_that_is_being_typed_stays(page_of, served):
         page.get_by_label("expression over channels").press_sequentially("k * accel")
         page.locator(".idle button, tr.candidate").first.click()
         assert page.get_by_label("expression over channels").input_value() == "k * accel"
+
+
+def test_a_limit_that_is_being_typed_stays_while_the_plots_are_drawn_anew(page_of, served):
+    with page_of(f"{served.url}#histories") as page:
+        page.locator(".sheet[data-ready]").wait_for()
+        idle(page)
+        limit = page.get_by_label("from limit")
+        limit.press_sequentially("-")
+        served.ask(
+            "PUT", "api/marks/one.csv", '[{"start_s": 50.0, "stop_s": 60.0, "label": "a gust", "exclude": false}]'
+        )
+        page.get_by_text("a gust").wait_for()
+        page.keyboard.type("100")
+        assert limit.input_value() == "-100"
+        served.ask("PUT", "api/marks/one.csv", "[]")

@@ -226,11 +226,18 @@ export function histories(root) {
       attempt((change) => setMarks(name, change)),
     );
 
-  const drawTools = () =>
+  let offered = ""; // a limit that is being typed stays while the tools say the same
+  function drawTools() {
+    const channels = recordings().map((name) => recording(name).meta?.channels.map((c) => c.name)),
+      names = [store.server.recordings, store.server.models].map((list) => list.map((one) => one.name)),
+      now = JSON.stringify([channels, names, recordings(), models(), state.models, state.channels]);
+    if (now === offered) return;
+    offered = now;
     fill(
       tools,
       historyTools(state, recordings, models, draw, (found, said) => state.shade(found, said)),
     );
+  }
   // an answer may come when the screen was left and opened again: it is for the sheets in sight
   state.shade = (found, said) => {
     [state.hits, state.why] = [found, said];
