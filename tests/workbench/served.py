@@ -12,6 +12,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import urlsplit
 
+PATIENCE_S = 120  # far beyond what a busy machine needs to end a server
+
 
 class Served:
     """One running workbench."""
@@ -74,7 +76,7 @@ def workbench(folder: Path):
         yield Served(url.group(), folder, child.pid)
     finally:
         child.terminate()
-        child.wait(20)
-        reader.join(20)
+        child.wait(PATIENCE_S)
+        reader.join(PATIENCE_S)
         child.stdout.close()
         child.stderr.close()

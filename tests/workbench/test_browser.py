@@ -97,8 +97,8 @@ def see_the_fallen_bar(page):
     assert after < 0.6 * before
     heights = bars.locator("i").evaluate_all("all => all.map(one => one.getBoundingClientRect().height)")
     assert heights[1] < 0.6 * heights[0]
-    assert page.get_by_text("which nothing was fitted to").is_visible()
-    assert page.get_by_text("promised on held-back blocks").is_visible()
+    page.get_by_text("which nothing was fitted to").wait_for()
+    page.get_by_text("promised on held-back blocks").wait_for()
     page.locator(".pair canvas").nth(1).wait_for()
 
 

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from tests.conftest import simple_model
-from tests.workbench.browser import idle
+from tests.workbench.browser import held, idle, let_go, until
 from tests.workbench.served import workbench
 from tests.workbench.test_follow import write_log
 from tests.workbench.test_server import small_record
@@ -16,6 +16,7 @@ from thrustd.model.artifact import write_model
 from thrustd.records.files import write_recording
 
 VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "flighttest")
+SHOWN = {"histories": ".sheet[data-ready]", "fails": ".reasons", "flight": ".engine .lamp"}  # when its answer is here
 LONG = "a-very-long-name-of-a-recording-that-came-from-the-archive-of-the-flight-test-department-second-attempt"
 
 
@@ -35,11 +36,18 @@ def full_folder(browser, tmp_path_factory):
         yield served
 
 
+def turn(page, served, view):
+    """Go to a screen by its address; the frame says when it is there."""
+    page.goto(f"{served.url}#{view}")
+    page.locator(f"nav a[href='#{view}'][aria-current='page']").wait_for(state="attached")
+
+
 @pytest.mark.parametrize("width", [390, 900, 1280, 1920])
 def test_nothing_is_wider_than_the_window(page_of, full_folder, width):
     with page_of(full_folder.url, width) as page:
         for view in VIEWS:
-            page.goto(f"{full_folder.url}#{view}")
+            turn(page, full_folder, view)
+            page.locator(SHOWN.get(view, "h1")).first.wait_for()
             idle(page)
             wide = page.evaluate(
                 "[document.documentElement, document.querySelector('.main'), document.querySelector('.context')]"
@@ -55,7 +63,8 @@ def test_a_flight_played_back(page_of, full_folder):
             "slider => { slider.value = 10; slider.dispatchEvent(new Event('input')); }"
         )
         left.locator("b", has_text="1500").wait_for()
-        assert "1402 to 1598 N" in left.inner_text() and "transient since the log began" in left.inner_text()
+        assert "1402 to 1598 N" in left.inner_text()
+        left.get_by_text("transient since the log began").wait_for()  # the look at the whole flight is another answer
         page.get_by_role("button", name="Play", exact=True).click()
         page.locator(".playbar .num", has_text=re.compile("00:00:1[1-9]")).wait_for()
 
@@ -67,6 +76,13 @@ def test_a_log_followed_while_it_grows(page_of, full_folder):
     growing.write_bytes(content[: len(content) // 2])
     soon_s = time.time() + 600  # however long this machine takes to open the page, it was written to lately
     os.utime(growing, (soon_s, soon_s))
+    try:
+        follow_to_its_end(page_of, full_folder, growing, content)
+    finally:
+        growing.unlink()
+
+
+def follow_to_its_end(page_of, full_folder, growing, content):
     with page_of(f"{full_folder.url}#flight") as page:
         following = page.get_by_role("button", name="Follow live", pressed=True)
         following.wait_for()  # what is being written is shown without being asked for
@@ -78,7 +94,6 @@ def test_a_log_followed_while_it_grows(page_of, full_folder):
         assert re.search(r"\b199\d\b", page.locator(".engine").last.inner_text())
         page.get_by_role("button", name="Play back").click()
         page.get_by_role("button", name="Play", exact=True).wait_for()  # its end is written: it may be played
-    growing.unlink()
 
 
 def test_two_recordings_side_by_side_zoom_together(page_of, full_folder):
@@ -152,9 +167,9 @@ def test_a_click_counts_though_the_page_changes_under_it(page_of, full_folder):
         )
         page.mouse.move(*where)
         page.mouse.down()
-        with page.expect_response(lambda response: "api/state" in response.url):
+        with held(page, "**/api/state") as waiting:
             full_folder.ask("POST", "api/session", '{"heldout": ["run-03.csv"]}')  # another tab: it is drawn anew
-        page.wait_for_timeout(200)
+            until(page, lambda: waiting)
         page.mouse.up()
         page.locator("#take-columns").wait_for()
         page.get_by_label("use of run-03.csv").locator("option:checked", has_text="check on").wait_for(state="attached")
@@ -162,27 +177,22 @@ def test_a_click_counts_though_the_page_changes_under_it(page_of, full_folder):
 
 def test_an_answer_that_comes_twice_leaves_what_was_chosen_chosen(page_of, full_folder):
     with page_of(full_folder.url) as page:
-        held = []
-        page.route("**/api/reports/*", lambda route: held.append(route))
-        page.goto(f"{full_folder.url}#fails")
-        deadline = time.monotonic() + 60
-        while len(held) < 2 and time.monotonic() < deadline:  # a change of state asks while the first is on its way
+        idle(page)
+        with held(page, "**/api/reports/*") as waiting:
+            turn(page, full_folder, "fails")
+            until(page, lambda: waiting)
             full_folder.ask("POST", "api/session", '{"heldout": ["run-04.csv"]}')
-            page.wait_for_timeout(100)
-        held[0].continue_()
-        page.locator(".reasons button").first.click()
-        for late in held[1:]:
-            with page.expect_response("**/api/reports/*"):
-                late.continue_()
-        page.wait_for_timeout(300)
-        page.get_by_role("button", name="Show in the time history").wait_for(timeout=2000)
+            until(page, lambda: len(waiting) == 2)  # a change of state asks while the first is on its way
+            let_go(page, waiting.pop(0))
+            page.locator(".reasons button").first.click()
+        page.get_by_role("button", name="Show in the time history").wait_for()
 
 
 def test_an_empty_folder_says_what_to_do(page_of, tmp_path):
     with workbench(tmp_path) as served, page_of(served.url) as page:
         assert page.locator("#next").inner_text() == "Make an exercise"
         for view in VIEWS:
-            page.goto(f"{served.url}#{view}")
+            turn(page, served, view)
             page.locator(".empty").first.wait_for()
 
 

@@ -1,5 +1,7 @@
 """What a page does about others: a server that is gone, another tab of the same session."""
 
+from contextlib import ExitStack
+
 from tests.workbench.browser import idle
 from tests.workbench.served import workbench
 from tests.workbench.test_server import small_record
@@ -9,15 +11,17 @@ from thrustd.records.files import write_recording
 def test_tabs_agree_and_a_server_that_is_gone_is_said(page_of, tmp_path):
     for name in ("measured.csv", "other.csv"):
         write_recording(small_record(), tmp_path / name)
-    running = workbench(tmp_path)
-    served = running.__enter__()
-    with page_of(served.url) as one, page_of(served.url) as two:
+    with ExitStack() as running:
+        served = running.enter_context(workbench(tmp_path))
+        end = running.pop_all()
+        running.callback(end.close)  # whatever is found out before its end
+        one, two = (running.enter_context(page_of(served.url)) for _ in range(2))
         idle(one)
         assert not one.locator(".gone").is_visible()
         one.get_by_label("measured recording").select_option("other.csv")
         two.wait_for_function(
             "() => document.querySelector(\"select[aria-label='measured recording']\").value === 'other.csv'"
         )
-        running.__exit__(None, None, None)
+        end.close()
         one.locator(".gone").wait_for(state="visible")
         assert "thrustd workbench" in one.locator(".gone").inner_text()
