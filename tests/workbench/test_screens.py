@@ -188,6 +188,22 @@ def test_an_answer_that_comes_twice_leaves_what_was_chosen_chosen(page_of, full_
         page.get_by_role("button", name="Show in the time history").wait_for()
 
 
+def test_columns_of_another_file_stay_while_those_of_the_first_are_kept(page_of, full_folder):
+    with page_of(full_folder.url) as page:
+        idle(page)
+        rows = page.locator("table.recordings tr")
+        rows.filter(has_text="run-00.csv").get_by_role("button").click()
+        take = page.locator("#take-columns")
+        take.wait_for()
+        with held(page, "**/api/columns/run-00.csv*") as waiting:
+            take.click()
+            until(page, lambda: waiting)
+            rows.filter(has_text="run-01.csv").get_by_role("button").click()
+            page.get_by_role("heading", name="Columns of run-01.csv").wait_for()
+        idle(page)
+        assert page.get_by_role("heading", name="Columns of run-01.csv").count() == 1
+
+
 def test_an_empty_folder_says_what_to_do(page_of, tmp_path):
     with workbench(tmp_path) as served, page_of(served.url) as page:
         assert page.locator("#next").inner_text() == "Make an exercise"

@@ -16,7 +16,7 @@ export function overview(root) {
       columns = named && {
         name: named,
         root: columnsPanel(named, () => {
-          store.ui.columns = null;
+          if (store.ui.columns === named) store.ui.columns = null; // another file's may be asked for since
           draw();
         }),
       };
