@@ -204,6 +204,22 @@ def test_columns_of_another_file_stay_while_those_of_the_first_are_kept(page_of,
         assert page.get_by_role("heading", name="Columns of run-01.csv").count() == 1
 
 
+ORDER_TWICE = """async () => {
+    const { order } = await import(new URL("static/js/store.js", document.baseURI));
+    window.ends = [];
+    for (let i = 0; i < 2; i++) order("prepare", {recording: "run-00.csv"}).then((job) => ends.push(job.state));
+}"""
+
+
+def test_who_orders_the_same_twice_hears_of_its_end_twice(page_of, full_folder):
+    with page_of(full_folder.url) as page:
+        idle(page)
+        full_folder.hold_worker()
+        page.evaluate(ORDER_TWICE)
+        page.locator(".job", has_text="run-00.csv").get_by_role("button", name="Cancel").click()
+        page.wait_for_function("() => ends.length === 2 && ends.every((state) => state === 'cancelled')")
+
+
 def test_an_empty_folder_says_what_to_do(page_of, tmp_path):
     with workbench(tmp_path) as served, page_of(served.url) as page:
         assert page.locator("#next").inner_text() == "Make an exercise"

@@ -72,11 +72,11 @@ async function finished(job) {
 function tell(job) {
   if (told.has(job.id)) return;
   told.add(job.id);
-  const later = waiting.get(job.id);
+  const later = waiting.get(job.id) ?? [];
   waiting.delete(job.id);
   if (job.state === "failed") say(job.error);
   if (job.state === "done" && job.kind === "adopt") say(`${job.result.name} is in the folder`, "ok");
-  later?.(job);
+  for (const resolve of later) resolve(job);
 }
 
 // queue a job; resolves with the finished job
@@ -95,7 +95,7 @@ export function ended(job) {
   if (!known) jobs.unshift(job);
   changed("jobs");
   refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this job
-  return new Promise((resolve) => waiting.set(job.id, resolve));
+  return new Promise((resolve) => waiting.set(job.id, [...(waiting.get(job.id) ?? []), resolve])); // asked twice: one job
 }
 async function busy(work) {
   store.asking++;
