@@ -25,3 +25,14 @@ def test_tabs_agree_and_a_server_that_is_gone_is_said(page_of, tmp_path):
         end.close()
         one.locator(".gone").wait_for(state="visible")
         assert "thrustd workbench" in one.locator(".gone").inner_text()
+
+
+def test_a_press_whose_release_was_swallowed_holds_nothing_up(page_of, tmp_path):
+    for name in ("measured.csv", "other.csv"):
+        write_recording(small_record(), tmp_path / name)
+    with workbench(tmp_path) as served, page_of(served.url) as page:
+        idle(page)
+        page.get_by_role("button", name="Light / dark").dispatch_event("pointerdown", {"button": 0})
+        page.mouse.move(300, 300)
+        served.ask("POST", "api/session", '{"bench": ["other.csv"]}')
+        page.get_by_label("bench recording").locator("option:checked", has_text="other").wait_for(state="attached")

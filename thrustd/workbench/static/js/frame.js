@@ -76,13 +76,14 @@ export class Frame {
     root.addEventListener("pointerdown", (event) => {
       this.pressed = event.button === 0 && !event.target.closest("select"); // a list that opens tells no release
     });
-    for (const end of ["pointerup", "pointercancel"])
-      addEventListener(end, () =>
+    for (const end of ["pointerup", "pointercancel", "pointermove"])
+      addEventListener(end, (event) => {
+        if (!this.pressed || event.buttons) return; // a scroll bar or a menu may swallow the release: a move tells it
         setTimeout(() => {
           this.pressed = false;
           this.release();
-        }),
-      );
+        });
+      });
     showNotices(this.notices);
     this.update("view");
   }
