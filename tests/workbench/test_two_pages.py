@@ -1,5 +1,6 @@
 """What a page does about others: a server that is gone, another tab of the same session."""
 
+import json
 from contextlib import ExitStack
 
 from tests.workbench.browser import idle
@@ -36,3 +37,21 @@ def test_a_press_whose_release_was_swallowed_holds_nothing_up(page_of, tmp_path)
         page.mouse.move(300, 300)
         served.ask("POST", "api/session", '{"bench": ["other.csv"]}')
         page.get_by_label("bench recording").locator("option:checked", has_text="other").wait_for(state="attached")
+
+
+def test_the_focus_goes_from_the_end_of_one_job_to_no_other(page_of, tmp_path):
+    for name in ("measured.csv", "other.csv"):
+        write_recording(small_record(), tmp_path / name)
+    with workbench(tmp_path) as served, page_of(served.url) as page:
+        idle(page)
+        served.hold_worker()
+        first, _ = (
+            json.loads(served.ask("POST", "api/jobs", json.dumps({"kind": "prepare", "recording": name}))[2])
+            for name in ("measured.csv", "other.csv")
+        )
+        jobs = page.locator(".job")
+        jobs.nth(1).wait_for()
+        jobs.filter(has_text="measured.csv").get_by_role("button", name="Cancel").focus()
+        served.ask("DELETE", f"api/jobs/{first['id']}")
+        jobs.filter(has_text="measured.csv").wait_for(state="detached")
+        assert "Cancel" not in page.evaluate("document.activeElement.textContent.slice(0, 6)")

@@ -85,7 +85,9 @@ export function keepFocus(draw) {
   const called = had.getAttribute("aria-label") ?? had.textContent,
     same = (one) => one.className === had.className && (one.getAttribute("aria-label") ?? one.textContent) === called,
     alike = () => [...document.querySelectorAll(had.localName)].filter(same),
-    place = alike().indexOf(had);
+    before = alike();
   draw();
-  if (document.activeElement !== had) alike()[place]?.focus({ preventScroll: true });
+  const now = alike(); // where there are more or fewer of them, the one in its place may be another
+  if (document.activeElement !== had && now.length === before.length)
+    now[before.indexOf(had)]?.focus({ preventScroll: true });
 }

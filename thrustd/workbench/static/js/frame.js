@@ -255,7 +255,7 @@ export class Frame {
           h("span", job.title),
           bar(job.fraction),
           h("span.quiet", job.state === "waiting" ? "waiting" : job.note || "working"),
-          h("button", { onclick: () => attempt(cancel)(job) }, "Cancel"),
+          h("button", { onclick: () => attempt(cancel)(job), "aria-label": `Cancel: ${job.title}` }, "Cancel"),
         ),
       ),
     );

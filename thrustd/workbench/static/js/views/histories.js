@@ -228,7 +228,7 @@ export function histories(root) {
 
   let offered = ""; // a limit that is being typed stays while the tools say the same
   function drawTools() {
-    const channels = recordings().map((name) => recording(name).meta?.channels.map((c) => c.name)),
+    const channels = recordings().map((name) => recording(name)?.meta?.channels.map((c) => [c.name, c.unit])),
       names = [store.server.recordings, store.server.models].map((list) => list.map((one) => one.name)),
       now = JSON.stringify([channels, names, recordings(), models(), state.models, state.channels]);
     if (now === offered) return;
