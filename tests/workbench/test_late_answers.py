@@ -131,6 +131,7 @@ def test_of_several_files_each_that_is_refused_is_said(page_of, served):
 
 def test_the_end_of_an_upload_is_told_although_it_came_before_the_stream_of_events(page_of, served):
     with page_of(served.url) as page:
+        page.locator("html[data-started]").wait_for()  # its own stream is asked for
         streams = []
         page.route("**/api/events", lambda route: streams.append(route))
         page.reload()
