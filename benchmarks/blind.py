@@ -102,7 +102,7 @@ def run(case: Wanted, model: ModelSpec) -> dict[str, Any]:
     line |= {"own_n": report.own_error_n, "before_n": report.rmse_before_n, "after_n": report.rmse_after_n}
     line["best"] = [[c.effect, round(c.rmse_after_n, 2), list(c.separable_from)] for c in report.candidates[:4]]
     line["depends_on"] = [d.channel for d in report.depends_on]
-    if case.effects and line["right"] and case.kind != "unknown":
+    if case.effects and line["right"]:
         line |= extended(model, records, report)
     return line
 
@@ -123,8 +123,11 @@ def judged(case: Wanted, report: DiagnoseReport) -> dict[str, bool]:
 
 
 def extended(model: ModelSpec, records: Records, report: DiagnoseReport) -> dict[str, Any]:
-    """Fall of the error on the held-out record, and whether the truth lies inside its 95 % interval."""
-    names = [c.name for c in report.candidates if c.in_verdict]
+    """Fall of the error on the held-out record, and whether the truth lies inside its 95 % interval.
+
+    What is unknown is added as the free curve of the channel that it follows.
+    """
+    names = [c.name for c in report.candidates if c.in_verdict] or [d.name for d in report.depends_on[:1]]
     try:
         result = extend(model, [records.measured], names)
     except ThrustdError as problem:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import interp1d
 
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.library import combined
@@ -21,22 +22,28 @@ def added(name, force_n, **channels):
     return effect_named(name).stage(NUMBERS, 0.05).from_rest(channels, force_n)
 
 
+def line(q):
+    """Straight on beyond its ends, for as far again."""
+    way = WAY[-1] - WAY[0]
+    return interp1d(WAY, HEIGHTS, fill_value="extrapolate")(np.clip(q, WAY[0] - way, WAY[-1] + way))
+
+
 @pytest.mark.parametrize("kind", ["", "bias "])
-def test_it_adds_a_broken_line_of_the_channel_constant_beyond(kind):
-    mach = RNG.uniform(-4.0, 8.0, 500)
-    assert added(f"{kind}curve of mach", np.ones(500), mach=mach) == pytest.approx(1.0 + np.interp(mach, WAY, HEIGHTS))
+def test_it_adds_a_broken_line_of_the_channel_straight_beyond_for_as_far_again(kind):
+    mach = RNG.uniform(-20.0, 30.0, 1000)
+    assert added(f"{kind}curve of mach", np.ones(1000), mach=mach) == pytest.approx(1.0 + line(mach))
 
 
 def test_a_gain_multiplies():
     mach = RNG.uniform(-4.0, 8.0, 500)
     found = added("gain curve of mach", np.full(500, 2.0), mach=mach)
-    assert found == pytest.approx(2.0 * (1.0 + np.interp(mach, WAY, HEIGHTS)))
+    assert found == pytest.approx(2.0 * (1.0 + line(mach)))
 
 
 def test_of_two_channels_it_follows_the_difference_or_the_product():
     a, b = RNG.uniform(-1.0, 2.0, (2, 300))
     for name, q in (("curve of b - a", b - a), ("curve of a * b", a * b)):
-        assert added(name, np.zeros(300), a=a, b=b) == pytest.approx(np.interp(q, WAY, HEIGHTS))
+        assert added(name, np.zeros(300), a=a, b=b) == pytest.approx(line(q))
 
 
 def test_as_it_begins_it_does_nothing():

@@ -1,11 +1,12 @@
 """What has no law yet, as an effect: `curve of hydraulic_pressure_bar` is any broken line of a channel, a force.
 
-    F = F_core + h(q),    h: heights at 16 places of q, straight lines between them, constant beyond
+    F = F_core + h(q),    h: heights at 16 places of q, straight lines through them
 
 q is a channel, or a difference or product of two: `curve of n2_pct - n1_pct`, `curve of voltage_V * n1_pct`. `bias
 curve of` adds the same to the deformation, `gain curve of` multiplies the force by 1 + h. Which of the three it is,
 and the heights, `extend` finds; the places are quantiles of the record that it is given. It says what the force
-follows, and not why: beyond what that record has shown of the channel it is a guess.
+follows, and not why: beyond what that record has shown of the channel it goes straight on, for as far again and no
+further.
 """
 
 import re
@@ -44,7 +45,8 @@ def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
         q = u[1] - u[0]
     elif c[1] == 2.0:
         q = u[0] * u[1]
-    at = min(max(q, c[2]), c[1 + n])
+    way = c[1 + n] - c[2]
+    at = min(max(q, c[2] - way), c[1 + n] + way)
     i = 2
     while i < n and at > c[i + 1]:
         i += 1
