@@ -2,11 +2,20 @@
 
 import json
 
+import msgspec
+import numpy as np
 import pytest
 
-from tests.workbench.browser import idle, next_step
+from tests.diagnose.scene import DT_S, mount, record
+from tests.workbench.browser import LONG_MS, idle, next_step
 from tests.workbench.served import workbench
 from tests.workbench.test_mapping import SAID, write_foreign
+from thrustd.identify.artifact import witness_rows
+from thrustd.model.artifact import write_model
+from thrustd.records.files import write_recording
+from thrustd.records.recording import make_recording
+
+N = 6000  # samples
 
 
 @pytest.fixture(scope="module")
@@ -54,3 +63,25 @@ def test_then_the_page_leads_on(page_of, stranger):
         page.locator("#next", has_text="Take this recording").click()
         next_step(page, "Compare")
         page.locator(".reasons, .empty").first.wait_for()
+
+
+def test_what_has_no_law_is_added_as_the_curve_of_its_channel(page_of, tmp_path):
+    incidence_deg = 8.0 * np.sin(np.arange(N) * DT_S / 7.0)
+    hidden = record(n=N, added=lambda columns: 150.0 * np.tanh(incidence_deg / 2.0))
+    kept = {name: hidden[name] for name in ("time_s", "force_N", "deformation_mm")} | {"incidence_deg": incidence_deg}
+    write_recording(make_recording("flight", kept), tmp_path / "flight.csv")
+    model = msgspec.structs.replace(mount(), witness=witness_rows(mount(), 1 / DT_S))
+    (tmp_path / "mount.json").write_text(write_model(model))
+    with workbench(tmp_path) as served:
+        assert served.order("prepare", recording="flight.csv")["state"] == "done"
+        served.ask("POST", "api/session", '{"model": "mount.json", "measured": ["flight.csv"]}')
+        job = served.order("diagnose", model="mount.json", recordings=["flight.csv"])
+        assert job["state"] == "done", job["error"]
+        with page_of(f"{served.url}#missing") as page:
+            page.locator(".verdict .name", has_text="unknown").wait_for()
+            page.get_by_role("button", name="Add curve of incidence_deg").first.click()
+            steps = page.locator(".ledger .step b")
+            steps.nth(1).wait_for(timeout=LONG_MS)
+            before, after = (float(steps.nth(i).inner_text().split()[0]) for i in (0, 1))
+            assert after < 0.2 * before
+            page.get_by_text("incidence_deg height_08").wait_for()
