@@ -128,6 +128,18 @@ def test_a_large_bias_that_follows_two_channels_is_not_free_play():
     assert report.depends_on[0].rmse_after_n < 1.1 * NOISE_N
 
 
+def test_channels_that_say_the_same_are_all_listed_the_simplest_first():
+    data = record()
+    t, level = np.arange(len(data)) * DT_S, np.sqrt(data["deformation_mm"] / 1.1)
+    n1_pct = 30.0 + 60.0 * level + 0.5 * np.sin(2 * np.pi * t / 47.0)
+    n2_pct = 60.0 + 0.6 * n1_pct + 0.02 * np.sin(2 * np.pi * t / 29.0)
+    reading = data["deformation_mm"] + 0.03 * np.tanh((n2_pct - n1_pct - 28.0) / 4.0)
+    report = diagnose(mount(), [data.with_channels(deformation_mm=reading, n1_pct=n1_pct, n2_pct=n2_pct)])
+    assert report.verdict == ("unknown",)
+    assert [one.channel for one in report.depends_on] == ["n1_pct", "n2_pct", "n2_pct - n1_pct"]
+    assert "n1_pct or n2_pct or n2_pct - n1_pct" in report.advice[0]
+
+
 def test_a_model_of_another_kind_is_judged_by_its_own_error():
     """A resonance is no mount: beside a mount's core every effect would seem to help, and the model would be lost."""
     ringing = replace(mount(), linear=LinearBlock(1.0, [], [ComplexMode(2.0, 6.0, -0.4, 0.2)]))

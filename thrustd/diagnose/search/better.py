@@ -5,12 +5,11 @@ from collections.abc import Set as AbstractSet
 
 import numpy as np
 
-from thrustd.diagnose.search.curves import Followed
+from thrustd.diagnose.search.curves import NEAR, Followed, nearly
 from thrustd.diagnose.search.floor import EXACTLY, MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
 
 WORTH = 0.03  # of the squared error: less is not worth an effect
-NEAR = 0.03  # of the squared error: sets so close are told apart by how many numbers they take
 
 
 def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
@@ -116,8 +115,3 @@ def another(curves: Sequence[Followed], own: AbstractSet[str]) -> list[Followed]
     """Those along other channels than a law's own; one of them times what hardly varies is no other."""
     same = [one for one in curves if set(one.parts) <= own]
     return [c for c in curves if c not in same and not any(set(s.parts) < set(c.parts) and nearly(c, s) for s in same)]
-
-
-def nearly(best: Followed | None, other: Followed) -> bool:
-    """Whether a channel leaves hardly more than the best."""
-    return best is not None and other.mse <= (1 + NEAR) * best.mse

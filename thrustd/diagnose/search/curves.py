@@ -12,10 +12,12 @@ from thrustd.diagnose.search.library import GAIN, HEIGHT, combined, curve_term, 
 from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.sweep import simulate
+from thrustd.model.effect import Site
 from thrustd.model.free_curve import CURVE_OF, column_of, free_curve
 
 CURVES = 5  # that are estimated whole
 COARSE = 6  # knots at a first look
+NEAR = 0.03  # of the squared error: what is so close is told apart by how many numbers it takes
 SAYS = 0.5  # of what the best law removes at first look: who removes less is not
 
 
@@ -75,23 +77,30 @@ def estimated(
 ) -> list[Followed]:
     """Free curves that at a first look remove nearly `worth`, estimated whole beside the core; best first.
 
-    Those behind one with which nothing is left (`whole`) are not estimated.
+    Behind one with which nothing is left (`whole`) only those are estimated that looked nearly as good.
     """
     leading = sorted([one for one in looked if one.removed > SAYS * worth][:CURVES], key=lambda one: len(one.parts))
     heights = heights_of(records, base)
     asked = [(one, site) for one in leading for site in heights if site != "gain" or one.gain]  # it mistakes a bias
     found: list[Followed] = []
+    told: tuple[Followed, Site] | None = None  # the first with which nothing is left
     for one, site in asked:
-        if any(other.whole for other in found):
-            break
+        if told is not None and (site != told[1] or not nearly(told[0], one)):
+            continue
         at = places_of([column_of(one.channel, record.channels) for record in records])
         if at is not None:
             fit = joint_fit(base, records, (curve_term(free_curve(one.channel, site), at, heights[site]),))
             now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", whole=whole(fit))
             noise = fit.solution.noise_variance
             found.append(replace(now, moved=fit.moved, walked=fit.walked, noise_variance=noise))
+            told = told or ((one, site) if now.whole else None)
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)
+
+
+def nearly(best: Followed | None, other: Followed) -> bool:
+    """Whether a channel leaves hardly more than the best."""
+    return best is not None and other.mse <= (1 + NEAR) * best.mse
 
 
 def curve_sigma(records: Sequence[Record]) -> float:

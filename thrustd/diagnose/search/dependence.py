@@ -1,11 +1,18 @@
 """How the residual follows a channel, whatever the law: the picture behind the verdict `unknown`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from thrustd.core.columns import Floats
-from thrustd.model.free_curve import CURVE_OF
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.curves import Followed
+from thrustd.diagnose.search.joint import Joint
+from thrustd.identify.regression.record import Record
+from thrustd.model.free_curve import CURVE_OF, column_of
+
+DRAWN = 100_000  # samples at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +31,19 @@ class Dependence:
     def name(self) -> str:
         """The free curve as `extend` takes it."""
         return CURVE_OF + self.channel
+
+
+def dependences(base: Base, rows: Sequence[Record], fit: Joint, curves: Sequence[Followed]) -> list[Dependence]:
+    """What a fit leaves along every channel that it follows."""
+    missed = np.concatenate(fit.solution.normal.residuals) * base.scale
+    good = np.isfinite(missed)
+    now, found = base.scale * float(np.sqrt(fit.mse)), []
+    for one in curves:
+        column = np.concatenate([column_of(one.channel, record.channels) for record in rows])
+        after = base.scale * float(np.sqrt(max(fit.mse - one.removed, 0.0)))
+        thin = slice(None, None, max(1, np.count_nonzero(good) // DRAWN))
+        found.append(drawn(one.channel, column[good][thin], missed[good][thin], now, after))
+    return found
 
 
 def drawn(channel: str, column: Floats, residual_n: Floats, before: float, after: float, bins: int = 24) -> Dependence:

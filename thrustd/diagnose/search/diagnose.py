@@ -20,10 +20,10 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, nearly, rivals, stands
+from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
-from thrustd.diagnose.search.curves import Followed, curve_sigma, followed
-from thrustd.diagnose.search.dependence import Dependence, drawn
+from thrustd.diagnose.search.curves import Followed, curve_sigma, followed, nearly
+from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
@@ -41,7 +41,6 @@ from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
-from thrustd.model.free_curve import column_of
 from thrustd.model.modulated import BY
 from thrustd.records.offer import advised
 from thrustd.records.recording import Recording
@@ -167,7 +166,7 @@ def _report(
         tuple(record.name for record in question.records),
         verdict.words,
         tuple(_candidates(base, ranked, verdict)),
-        tuple(_drawn(base, rows, verdict)),
+        tuple(dependences(base, rows, verdict.fit, verdict.channels)),
         tuple(not_judged),
         (*turned, *_named(question.records[0]), *_advice(base, ranked, verdict, not_judged)),
         scale * float(np.sqrt(before(ranked.nothing, base))),
@@ -254,29 +253,18 @@ def _named(record: Recording) -> list[str]:
     return list(advised({name: column for name, column in record.channels.items() if len(column)}).values())
 
 
-def _drawn(base: Base, rows: Sequence[Record], verdict: Verdict) -> list[Dependence]:
-    """Pictures of what the rest follows."""
-    missed = np.concatenate(verdict.fit.solution.normal.residuals) * base.scale
-    good = np.isfinite(missed)
-    now, found = base.scale * float(np.sqrt(verdict.fit.mse)), []
-    for one in verdict.channels:
-        column = np.concatenate([column_of(one.channel, record.channels) for record in rows])
-        after = base.scale * float(np.sqrt(max(verdict.fit.mse - one.removed, 0.0)))
-        thin = slice(None, None, max(1, np.count_nonzero(good) // 100_000))
-        found.append(drawn(one.channel, column[good][thin], missed[good][thin], now, after))
-    return found
-
-
 def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[NotJudged]) -> list[str]:
     floor, rest = base.scale * floor_of(verdict.fit, base), base.scale * float(np.sqrt(left(verdict.fit, base)))
     names = ", ".join(one.channel for one in verdict.channels)
-    unknown = verdict.words == ("unknown",)
-    advice = [
-        f"no effect that was judged explains how the residual follows {one.channel}, its free curve does: --effect"
-        f" {shlex.quote(one.name)} adds it as it is; if you know the law behind it, add that as a formula instead"
-        for one in (verdict.channels if unknown else ())
-    ]
-    if more_left(base, verdict) and not (unknown and names):
+    advice = []
+    if verdict.words == ("unknown",) and verdict.channels:
+        lead, *others = verdict.channels
+        alike = "".join(f" or {one.channel}" for one in others if nearly(lead, one))
+        advice.append(
+            f"no effect that was judged explains how the residual follows {lead.channel}{alike}; its free curve does:"
+            f" --effect {shlex.quote(lead.name)} adds it as it is; if you know the law behind it, add that instead"
+        )
+    elif more_left(base, verdict):
         along, unit = f", structure along {names}" if names else "", base.roles.unit
         why = "no effect explains the rest" if verdict.words == ("none",) else "something else too"
         advice.append(f"{newtons(rest)} {unit} left, floor about {newtons(floor)} {unit}{along}: {why}")
