@@ -9,7 +9,7 @@ from scipy.interpolate import interp1d
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.search.library import combined
 from thrustd.model.effects import effect_named
-from thrustd.model.free_curve import KNOTS, at_places, column_of, free_curve, places
+from thrustd.model.free_curve import KNOTS, at_places, column_of, free_curve, nameable, places
 
 RNG = np.random.default_rng(3)
 WAY = np.linspace(-2.0, 5.0, KNOTS)
@@ -53,9 +53,7 @@ def test_as_it_begins_it_does_nothing():
     assert found == pytest.approx(np.arange(4.0))
 
 
-COLUMN = st.text(st.characters(codec="ascii", exclude_categories=("Cc",)), min_size=1, max_size=12).filter(
-    lambda name: not ('"' in name and "'" in name)
-)
+COLUMN = st.text(st.sampled_from("ab -*'\"."), min_size=1, max_size=8)  # what a name of two is made of
 
 
 @given(COLUMN, COLUMN)
@@ -63,6 +61,7 @@ def test_whatever_columns_are_called_a_curve_of_them_reads_these(one, other):
     if one == other:
         return
     columns = {one: np.linspace(1.0, 2.0, 50), other: np.linspace(3.0, 7.0, 50) ** 2}
+    assert len(combined(columns)) >= 2 or not nameable(one) or not nameable(other)
     for channel, parts in combined(columns).items():
         effect = effect_named(f"curve of {channel}")
         assert effect.channels == parts and effect == free_curve(channel)
@@ -79,6 +78,14 @@ def test_places_increase_and_are_quantiles_where_there_are_enough_values():
     assert places(RNG.choice([0.0, 1.0], 1000)) is None
 
 
-def test_a_name_that_says_nothing_is_one_line():
+@pytest.mark.parametrize("name", ["curve of ", "curve of 'mach", 'curve of "', "curve of ''"])
+def test_a_name_that_says_nothing_is_one_line(name):
     with pytest.raises(ModelError, match="expected"):
-        effect_named("curve of ")
+        effect_named(name)
+
+
+def test_places_that_do_not_increase_are_refused():
+    effect = effect_named("curve of mach")
+    for wrong in ({"at_14": WAY[-1]}, {"at_00": 9.0}, {"at_03": np.nan}):
+        with pytest.raises(ModelError, match="do not increase"):
+            effect.constants(NUMBERS | wrong, 0.05)

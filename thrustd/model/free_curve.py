@@ -31,7 +31,7 @@ UNITS: Mapping[Site, str] = {"force": "N", "deformation": "mm", "gain": ""}
 MINUS, TIMES = " - ", " * "
 KNOTS = 16  # a bump of a tenth of a channel's way shows
 LOW, HIGH = 0.005, 0.995  # quantiles: the first place and the last
-LIMIT = 1e12
+LIMIT, FAR = 1e12, 1e100  # of heights, and of places: a clock may count nanoseconds
 QUOTES = "\"'"
 _ONE = r"""("[^"]+"|'[^']+'|.+?)"""
 _WHAT = re.compile(rf"{_ONE}(?:( - | \* ){_ONE})?")
@@ -78,11 +78,16 @@ def product(one: str, other: str) -> str:
 
 
 def quoted(name: str) -> str:
-    """A channel alone; in quotes where its name would read as two."""
-    if MINUS not in name and TIMES not in name and name[:1] not in QUOTES:
+    """A channel alone; in quotes where its name would read as two, or as quoted."""
+    if not any(sign in f" {name} " for sign in (MINUS, TIMES)) and name[0] not in QUOTES:
         return name
     mark = next((mark for mark in QUOTES if mark not in name), QUOTES[0])
     return f"{mark}{name}{mark}"
+
+
+def nameable(name: str) -> bool:
+    """Whether a curve of this channel has a name: none where it reads as two and has both kinds of quotes."""
+    return name != "" and (quoted(name) == name or any(mark not in name for mark in QUOTES))
 
 
 def _read(channel: str) -> tuple[str, tuple[str, ...]]:
@@ -91,7 +96,10 @@ def _read(channel: str) -> tuple[str, tuple[str, ...]]:
     if found is None:
         raise ModelError(f"{CURVE_OF}{channel}: expected a channel, or a difference or product of two")
     one, sign, other = found.groups()
-    parts = tuple(part[1:-1] if part[0] in QUOTES else part for part in (one, other) if part)
+    said = [part for part in (one, other) if part]
+    if any(part[0] in QUOTES and (len(part) < 3 or part[-1] != part[0]) for part in said):
+        raise ModelError(f"{CURVE_OF}{channel}: a quote without its end; expected a column in quotes")
+    parts = tuple(part[1:-1] if part[0] in QUOTES else part for part in said)
     return sign or "", parts[::-1] if sign == MINUS else parts
 
 
@@ -105,7 +113,7 @@ def column_of(channel: str, channels: Mapping[str, Floats]) -> Floats:
 
 
 def places(column: Floats, knots: int = KNOTS) -> Floats | None:
-    """Where its heights stand (knots,), increasing; None of a column with two values, of which any law is a line."""
+    """Where its heights stand (knots,), increasing; None where few values are met often: of two any law is a line."""
     found = np.unique(np.quantile(column, np.linspace(LOW, HIGH, knots)))
     if len(found) < 3:
         return None
@@ -130,7 +138,10 @@ def curve_named(name: str) -> Effect:
     evenly = [_place(one, i / (KNOTS - 1)) for i, one in enumerate(names[:KNOTS])]
 
     def prepare(p: Mapping[str, float], dt_s: float) -> Floats:
-        return np.array([float(site == "gain"), combined, *(p[one] for one in names)])
+        c = np.array([float(site == "gain"), combined, *(p[one] for one in names)])
+        if not np.all(np.diff(c[2 : 2 + KNOTS]) > 0.0):
+            raise ModelError(f"{name}: {names[0]} to {names[KNOTS - 1]} do not increase, expected places in order")
+        return c
 
     return Effect(
         name=name,
@@ -149,7 +160,7 @@ def curve_named(name: str) -> Effect:
 
 
 def _place(name: str, start: float) -> Parameter:
-    return Parameter(name, "", 0.0, -LIMIT, LIMIT, (start,), "place", amplitude=False, estimate=False)
+    return Parameter(name, "", 0.0, -FAR, FAR, (start,), "place", amplitude=False, estimate=False)
 
 
 def _height(name: str, unit: str) -> Parameter:

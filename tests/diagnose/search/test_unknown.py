@@ -5,13 +5,14 @@ import pytest
 from msgspec.structs import replace
 
 from tests.diagnose.scene import DT_S, NOISE_N, mount, record
-from thrustd.core.errors import ModelError
+from thrustd.core.errors import ModelError, RecordingError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.model.artifact import ComplexMode, EffectSpec, LinearBlock
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
+from thrustd.model.free_curve import nameable
 
 
 @pytest.fixture(scope="module")
@@ -126,6 +127,22 @@ def test_a_large_bias_that_follows_two_channels_is_not_free_play():
     assert report.verdict == ("unknown",)
     assert report.depends_on[0].channel == "n2_pct - n1_pct"
     assert report.depends_on[0].rmse_after_n < 1.1 * NOISE_N
+
+
+@pytest.mark.parametrize("column", ["oil by pass_bar", "a -", "it's - odd", "both\"' - kinds"])
+def test_a_column_of_any_name_is_added_or_left_alone(incidence_deg, column):
+    data = record(n=6000, added=lambda columns: 150.0 * np.tanh(incidence_deg[:6000] / 2.0))
+    data = data.with_channels(**{column: incidence_deg[:6000]})
+    followed = diagnose(mount(), [data]).depends_on
+    assert bool(followed) is nameable(column)
+    if followed:
+        assert extend(mount(), [data], [followed[0].name]).rmse_after_n < 1.1 * NOISE_N
+
+
+def test_the_force_explains_no_force():
+    for name in ("curve of force_N", "gain curve of mach - force_N", "k * force_N"):
+        with pytest.raises(RecordingError, match="force_N"):
+            extend(mount(), [record(n=6000).with_channels(mach=np.linspace(0.2, 0.5, 6000))], [name])
 
 
 def test_channels_that_say_the_same_are_all_listed_the_simplest_first():

@@ -169,7 +169,9 @@ def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
 
 
 def check_channels(records: Sequence[Recording], effect: Effect) -> None:
-    """The channels of an effect must be there and move, or nothing can be estimated."""
+    """The channels of an effect must be there and move, or nothing can be estimated; the force is no such channel."""
+    if FORCE in effect.channels:
+        raise RecordingError(f"effect {effect.word} reads {FORCE}, which it is to explain; expected other columns")
     for record in records:
         for channel in effect.channels:
             if channel != "time_s" and channel not in record:

@@ -24,7 +24,7 @@ def read_given(texts: Sequence[str]) -> Given:
     found: dict[str, dict[str, float]] = {}
     for text in texts:
         path, _, number = text.partition("=")
-        name, _, parameter = path.strip().partition(".")
+        name, _, parameter = path.strip().rpartition(".")
         try:
             found.setdefault(name, {})[parameter] = float(number)
         except ValueError:

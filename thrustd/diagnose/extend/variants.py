@@ -8,7 +8,7 @@ from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, laws_like
 from thrustd.model.elsewhere import AT, at_column
 from thrustd.model.expression import PREFIX
-from thrustd.model.free_curve import CURVE_OF, KINDS, free_curve
+from thrustd.model.free_curve import CURVE_OF, KINDS, free_curve, is_curve
 from thrustd.model.modulated import BY, modulated
 from thrustd.records.recording import Recording
 
@@ -20,8 +20,9 @@ def variants(effect: Effect, records: Sequence[Recording] = ()) -> list[Effect]:
     """
     if effect.name.startswith(PREFIX):
         return [effect]
-    if effect.name.startswith(CURVE_OF):
-        return [free_curve(effect.name.removeprefix(CURVE_OF), site) for site in KINDS.values()]
+    if is_curve(effect.name):
+        channel, asked = effect.word.removeprefix(CURVE_OF), effect.name == effect.word
+        return [free_curve(channel, site) for site in KINDS.values()] if asked else [effect]
     law, by, channel = effect.name.partition(BY)
     if by:
         return [modulated(one, channel) for one in variants(effect_named(law))]

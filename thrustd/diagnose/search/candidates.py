@@ -7,6 +7,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.records import complete
+from thrustd.identify.segments import FORCE
 from thrustd.model.effect import Effect
 from thrustd.model.elsewhere import TEMPERATURE, at_column, is_temperature, thermal
 from thrustd.records.recording import Recording
@@ -70,6 +71,8 @@ def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]
     for channel in effect.channels:
         if channel == "time_s":
             continue
+        if channel == FORCE:
+            return f"{FORCE} is what is to be explained"
         if not all(channel in record for record in records):
             return f"channel {channel} is not in the data"
         if not moves(np.concatenate([record[channel] for record in records])):

@@ -37,6 +37,7 @@ from thrustd.model.free_curve import (
     column_of,
     difference,
     is_curve,
+    nameable,
     places,
     product,
     quoted,
@@ -134,6 +135,14 @@ def laws(effects: Iterable[Effect]) -> list[Effect]:
 
 def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
     """One per combination of starts of the shape parameters; in proportion to a channel: growing and fading with it."""
+    if is_curve(effect.name):
+        at = rig.places(effect.name.partition(CURVE_OF)[2])
+        if at is None:
+            raise ModelError(
+                f"{effect.name}: fewer than three values are met often; expected a column that moves, or a formula"
+            )
+        yield curve_term(effect, at, rig.heights[effect.site])
+        return
     law, by, channel = effect.name.partition(BY)
     if by:
         ends = rig.ends.get(channel)
@@ -143,12 +152,6 @@ def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
             )
         for term, values, late_s in itertools.product(terms_of(effect_named(law), rig), (ends, ends[::-1]), rig.late_s):
             yield _by(term, effect, values, late_s)
-        return
-    if is_curve(effect.name):
-        at = rig.places(effect.name.partition(CURVE_OF)[2])
-        if at is None:
-            raise ModelError(f"{effect.name}: it has two values or none; expected a column that moves, or a formula")
-        yield curve_term(effect, at, rig.heights[effect.site])
         return
     std = {p.name: _sigma(effect, p, rig) for p in effect.parameters if p.amplitude}
     if rig.reference_std is not None and thermal(effect) and any(p.name == REFERENCE for p in effect.parameters):
@@ -277,7 +280,7 @@ OWN = ("deformation_mm", "force_N", "time_s")  # what the model reads itself; th
 
 def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
     """Every moving channel, and differences and products of two, with the channels that each is made of."""
-    single = [name for name, column in channels.items() if _strange(name) and moves(column)]
+    single = [name for name, column in channels.items() if _strange(name) and nameable(name) and moves(column)]
     found: dict[str, tuple[str, ...]] = {quoted(name): (name,) for name in single}
     for a, b in itertools.combinations(single, 2):
         if _unit(a) == _unit(b):
