@@ -40,6 +40,7 @@ def test_the_mass_of_the_engine_is_in_the_force(bare):
     ("text", "words"),
     [
         ("axial_inertia.mass_kg=heavy", "expected EFFECT.PARAMETER=NUMBER"),
+        ("mass_kg=100", "expected EFFECT.PARAMETER=NUMBER"),
         ("axial_inertia.mass_kg=1e9", "mass_kg = 1e.09, expected"),
         ("axial_inertia.weight_kg=1", "no parameter 'weight_kg', expected one of mass_kg"),
     ],

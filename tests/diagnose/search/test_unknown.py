@@ -116,12 +116,17 @@ def test_a_channel_that_acts_late_is_told_with_its_lateness():
     assert report.spec.effects[-1].parameters["channel_late_s"] == pytest.approx(6.0, rel=0.15)
 
 
+def _with_a_spool():
+    """A record, its time (s), and a spool that follows the load, nearly."""
+    data = record()
+    t = np.arange(len(data)) * DT_S
+    return data, t, 30.0 + 60.0 * np.sqrt(data["deformation_mm"] / 1.1) + 0.5 * np.sin(2 * np.pi * t / 47.0)
+
+
 def test_a_large_bias_that_follows_two_channels_is_not_free_play():
     """Both spools follow the load, and so nearly does their difference: only a curve fitted whole tells them apart."""
-    data = record()
-    t, level = np.arange(len(data)) * DT_S, np.sqrt(data["deformation_mm"] / 1.1)
-    n1_pct = 30.0 + 60.0 * level + 0.5 * np.sin(2 * np.pi * t / 47.0)
-    n2_pct = 50.0 + 45.0 * level + 0.8 * np.sin(2 * np.pi * t / 29.0)
+    data, t, n1_pct = _with_a_spool()
+    n2_pct = 50.0 + 45.0 * np.sqrt(data["deformation_mm"] / 1.1) + 0.8 * np.sin(2 * np.pi * t / 29.0)
     reading = data["deformation_mm"] + 0.03 * np.tanh((n2_pct - n1_pct - 12.0) / 4.0)
     report = diagnose(mount(), [data.with_channels(deformation_mm=reading, n1_pct=n1_pct, n2_pct=n2_pct)])
     assert report.verdict == ("unknown",)
@@ -146,9 +151,7 @@ def test_the_force_explains_no_force():
 
 
 def test_channels_that_say_the_same_are_all_listed_the_simplest_first():
-    data = record()
-    t, level = np.arange(len(data)) * DT_S, np.sqrt(data["deformation_mm"] / 1.1)
-    n1_pct = 30.0 + 60.0 * level + 0.5 * np.sin(2 * np.pi * t / 47.0)
+    data, t, n1_pct = _with_a_spool()
     n2_pct = 60.0 + 0.6 * n1_pct + 0.02 * np.sin(2 * np.pi * t / 29.0)
     reading = data["deformation_mm"] + 0.03 * np.tanh((n2_pct - n1_pct - 28.0) / 4.0)
     report = diagnose(mount(), [data.with_channels(deformation_mm=reading, n1_pct=n1_pct, n2_pct=n2_pct)])
@@ -173,9 +176,7 @@ def test_a_model_of_another_kind_is_judged_by_its_own_error():
 
 
 def test_a_bias_along_a_product_is_not_several_laws_that_read_one_of_its_channels():
-    data = record()
-    t, level = np.arange(len(data)) * DT_S, np.sqrt(data["deformation_mm"] / 1.1)
-    n1_pct = 30.0 + 60.0 * level + 0.5 * np.sin(2 * np.pi * t / 47.0)
+    data, t, n1_pct = _with_a_spool()
     vibration_mm_s = 9.0 + 4.0 * np.sin(2 * np.pi * t / 110.0) + 2.0 * np.sin(2 * np.pi * t / 37.0)
     reading = data["deformation_mm"] + 0.04 * np.tanh((n1_pct * vibration_mm_s / 1000.0 - 0.7) / 0.15)
     channels = {"deformation_mm": reading, "n1_pct": n1_pct, "vibration_mm_s": vibration_mm_s}

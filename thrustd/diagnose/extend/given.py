@@ -26,6 +26,8 @@ def read_given(texts: Sequence[str]) -> Given:
         path, _, number = text.partition("=")
         name, _, parameter = path.strip().rpartition(".")
         try:
+            if not name:
+                raise ValueError
             found.setdefault(name, {})[parameter] = float(number)
         except ValueError:
             raise UsageError(f"--given {text}: expected EFFECT.PARAMETER=NUMBER") from None

@@ -8,7 +8,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
-from thrustd.diagnose.search.library import GAIN, HEIGHT, combined, curve_term, heights_of, places_of
+from thrustd.diagnose.search.library import GAIN, combined, curve_term, heights_of, places_of
 from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.sweep import simulate
@@ -101,11 +101,6 @@ def estimated(
 def nearly(best: Followed | None, other: Followed) -> bool:
     """Whether a channel leaves hardly more than the best."""
     return best is not None and other.mse <= (1 + NEAR) * best.mse
-
-
-def curve_sigma(records: Sequence[Record]) -> float:
-    """One sigma of a free curve's heights: a share of the travel."""
-    return HEIGHT * float(np.ptp(np.concatenate([record.d for record in records])))
 
 
 def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floats:

@@ -22,13 +22,13 @@ from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
-from thrustd.diagnose.search.curves import Followed, curve_sigma, followed, nearly
+from thrustd.diagnose.search.curves import Followed, followed, nearly
 from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
 from thrustd.diagnose.search.joint import Joint, counted, told
-from thrustd.diagnose.search.library import laws
+from thrustd.diagnose.search.library import curve_sigma, laws
 from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for

@@ -7,7 +7,6 @@ deformations go with the travel of the record where that is of another order of 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from scipy.signal import lfilter
@@ -106,7 +105,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         max(_rate(record, play_of(record.d)) for record in records),
         max(play_of(record.d) for record in records),
         {parts[0]: _ends(parts[0], records) for parts in combined(records[0].channels).values() if len(parts) == 1},
-        partial(_curve_places, records),
+        lambda channel: places_of([column_of(channel, record.channels) for record in records]),
         heights_of(records, base),
         tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
         lags_of([(len(record) - record.stood) * record.dt_s for record in records], records[0].dt_s),
@@ -244,14 +243,15 @@ def places_of(columns: Sequence[Floats], knots: int = KNOTS) -> Floats | None:
     return places(column, knots) if moves(column) else None
 
 
-def _curve_places(records: Sequence[Record], channel: str) -> Floats | None:
-    return places_of([column_of(channel, record.channels) for record in records])
-
-
 def heights_of(records: Sequence[Record], base: Base) -> dict[Site, float]:
     """One sigma of the heights of free curves: mm, N, and a share."""
-    y, d = (np.concatenate(columns) for columns in ([r.y[r.known] for r in records], [r.d for r in records]))
-    return {"force": HEIGHT * base.scale * float(np.ptp(y)), "deformation": HEIGHT * float(np.ptp(d)), "gain": GAIN}
+    force = HEIGHT * base.scale * float(np.ptp(np.concatenate([record.y[record.known] for record in records])))
+    return {"force": force, "deformation": curve_sigma(records), "gain": GAIN}
+
+
+def curve_sigma(records: Sequence[Record]) -> float:
+    """One sigma of a free curve's heights: a share of the travel."""
+    return HEIGHT * float(np.ptp(np.concatenate([record.d for record in records])))
 
 
 def modulations(law: Term, rig: Rig, records: Sequence[Record]) -> Iterator[tuple[Term, list[Floats]]]:

@@ -1,7 +1,7 @@
 """Which set of effects: sets grow from the best few, every one re-estimated whole, judged on blocks held back.
 
-Three sets are carried on at every size (a beam), so that a pair whose members say little alone is not lost behind the
-best single; what a member no longer explains beside the others is taken out again.
+Two sets and one of other effects are carried on at every size (a beam), so that a pair whose members say little alone
+is not lost behind the best single; what a member no longer explains beside the others is taken out again.
 """
 
 from collections.abc import Callable, Sequence
@@ -12,11 +12,11 @@ import numpy as np
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
-from thrustd.diagnose.search.curves import Followed, curve_sigma, estimated, followed
+from thrustd.diagnose.search.curves import Followed, estimated, followed
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, left
 from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
-from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.library import Rig, curve_sigma, laws, terms_of
 from thrustd.diagnose.search.screen import (
     SAYS,
     Looked,
