@@ -31,6 +31,7 @@ from thrustd.identify.regression.friction import (
 )
 from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, remembering
 from thrustd.identify.regression.record import Record, head_of
+from thrustd.identify.regression.reduce import gathered
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, noise_level, solve, surprise
 from thrustd.identify.regression.stops import radii_of
@@ -67,6 +68,7 @@ def regress(
     none = np.zeros(0)
     plain = replace(shape, terms=()) if laws else replace(shape, terms=(), radii=none, grows=False)  # see `begun_where`
     found, records = _unyielding(plain, records, progress)
+    found = _where_they_are(found, records, progress)
     if not settled:
         found, records = remembering(found, segments, records, progress)
     plain, shape = found.shape, replace(found.shape, terms=shape.terms)
@@ -101,6 +103,16 @@ def _unyielding(plain: Shape, records: Sequence[Record], progress: Progress | No
     if other.mean_square < found.mean_square:
         found, records = other, settled
     return found, [begun_where(found, record) for record in records]
+
+
+def _where_they_are(found: Solution, records: Sequence[Record], progress: Progress | None) -> Solution:
+    """The same mount with its lags where the data put them, and no two of them for one.
+
+    Two neighbours of a dense set follow a lag between them but for an error that lasts, which is then taken for
+    friction, or for a walk of the cell.
+    """
+    moved = solve(replace(found.shape, move=True), found.point, records, found.precisions, progress=progress)
+    return solve(*gathered(moved.shape, moved.point), records, moved.precisions, progress=progress)
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
@@ -187,7 +199,10 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
     radii = radii_of(high - low, friction.fixed["deadband_mm"])
-    shape = Shape(beyond(low, high, knots), zero, taus_s, radii, scale, grows=True, terms=(friction,))
+    ends = (float(taus_s[0]), float(taus_s[-1]))
+    shape = Shape(
+        beyond(low, high, knots), zero, taus_s, radii, scale, limits_s=ends, grows=True, terms=(friction,)
+    )
     records = [
         Record(x, s.force_n / scale, s.dt_s, zero, hours_of(segments, s)) for x, s in zip(d, segments, strict=True)
     ]

@@ -124,7 +124,7 @@ def solve(
     given: Given = NOTHING,
 ) -> Solution:
     """The most probable point."""
-    strengths, point, middle = dict(precisions), start, _middle(shape, start)
+    strengths, point, middle = dict(precisions), start, _middle(shape)
     normal = given.normal or normal_equations(shape, point, records)
     done, damping = 0, 0.0
 
@@ -187,7 +187,7 @@ def _count(normal: Normal) -> int:
     return max(1, sum(int(np.isfinite(r).sum()) for r in normal.residuals))
 
 
-def _middle(shape: Shape, start: Point) -> Floats:
+def _middle(shape: Shape) -> Floats:
     """Means of the priors: zero, and for poles where they begin."""
     middle, where = np.zeros(shape.n), shape.parts()
     if shape.move:
@@ -248,11 +248,11 @@ def _strengths(
 
 def surprise(found: Solution, noise_variance: float) -> float:
     """Minus twice the log of the evidence (Laplace) under this noise, but for what models of the same data share."""
-    vector, free = found.point.vector(found.shape), found.free
+    away, free = found.point.vector(found.shape) - _middle(found.shape), found.free
     groups = prior_of(found.shape, found.precisions)
     told = found.normal.matrix / noise_variance + groups
     volume = [float(np.linalg.slogdet(one[np.ix_(free, free)])[1]) for one in (told, groups)]
-    return found.normal.squares / noise_variance + float(vector @ groups @ vector) + volume[0] - volume[1]
+    return found.normal.squares / noise_variance + float(away @ groups @ away) + volume[0] - volume[1]
 
 
 def _inverse(matrix: Floats) -> Floats:
