@@ -13,7 +13,7 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, estimated, followed
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, left
+from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, hardly_anything, left
 from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, curve_sigma, laws, terms_of
@@ -171,7 +171,7 @@ def room(base: Base, nothing: Joint, best: Joint) -> bool:
 
 def _known(base: Base, nothing: Joint, best: Joint) -> float:
     """What the laws found so far may leave by not holding exactly."""
-    return LAW * (left(nothing, base) - best.mse)
+    return LAW * (before(nothing, base) - best.mse)
 
 
 def settled(base: Base, records: Sequence[Record], looks: Looks, fits: list[Joint], best: Joint) -> Joint:
