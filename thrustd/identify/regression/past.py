@@ -43,7 +43,7 @@ def remembering(
     shape, rows = _placed(found.shape, records, places)
     point = replace(found.point, begin=np.zeros(shape.sizes["begin"]))
     begun = solve(shape, point, rows, found.precisions | {"begin": 1.0}, progress=progress)
-    walking = _walking(found, segments, records, progress)
+    walking = walked(found, segments, records, progress)
     least = min(unlikely(one) for one in (found, walking) if one is not None) - 2.0 * PAST
     stood = [_stood(found, records, places, share, progress) for share in STOOD]
     likeliest = min((one for one, _ in stood), key=unlikely)
@@ -76,7 +76,7 @@ def _placed(shape: Shape, records: Sequence[Record], places: Sequence[int | None
     return replace(shape, begun=counted(places)), rows
 
 
-def _walking(
+def walked(
     found: Solution, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
 ) -> Solution | None:
     """The same mount, measured by a cell that walks; None in recordings that are too short to tell."""

@@ -29,7 +29,7 @@ from thrustd.identify.regression.friction import (
     law_of,
     yielding,
 )
-from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, remembering
+from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, remembering, walked
 from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.reduce import gathered
 from thrustd.identify.regression.shape import Point, Shape
@@ -68,7 +68,7 @@ def regress(
     none = np.zeros(0)
     plain = replace(shape, terms=()) if laws else replace(shape, terms=(), radii=none, grows=False)  # see `begun_where`
     found, records = _unyielding(plain, records, progress)
-    found = _where_they_are(found, records, progress)
+    found = _by_few(found, segments, records, progress)
     if not settled:
         found, records = remembering(found, segments, records, progress)
     plain, shape = found.shape, replace(found.shape, terms=shape.terms)
@@ -105,14 +105,24 @@ def _unyielding(plain: Shape, records: Sequence[Record], progress: Progress | No
     return found, [begun_where(found, record) for record in records]
 
 
-def _where_they_are(found: Solution, records: Sequence[Record], progress: Progress | None) -> Solution:
-    """The same mount with its lags where the data put them, and no two of them for one.
+def _by_few(
+    found: Solution, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
+) -> Solution:
+    """The same mount with a few lags that lie where the data put them, where these are surely likelier so.
 
-    Two neighbours of a dense set follow a lag between them but for an error that lasts, which is then taken for
-    friction, or for a walk of the cell.
+    A power law is a smooth spectrum; a rubber of a few modes is not, and two neighbours of a dense set follow a lag
+    between them but for an error that lasts, which is then taken for friction, or for a walk of the cell. A cell that
+    does walk is no cause to leave the spectrum.
     """
-    moved = solve(replace(found.shape, move=True), found.point, records, found.precisions, progress=progress)
-    return solve(*gathered(moved.shape, moved.point), records, moved.precisions, progress=progress)
+    if not found.point.gain.any():
+        return found
+    ends = float(found.shape.taus_s[0]), float(found.shape.taus_s[-1])
+    loose = replace(found.shape, move=True, limits_s=ends)
+    moved = solve(loose, found.point, records, found.precisions, progress=progress)
+    few = solve(*gathered(moved.shape, moved.point), records, moved.precisions, progress=progress)
+    dense = [one for one in (found, walked(found, segments, records, progress)) if one is not None]
+    least = min(surprise(one, few.noise_variance) for one in dense)
+    return few if surprise(few, few.noise_variance) + 2.0 * SURE < least else found
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
@@ -199,10 +209,7 @@ def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
     knots = KNOTS * (2 if len(y) > MANY else 1)
     friction = yielding(d, scale)
     radii = radii_of(high - low, friction.fixed["deadband_mm"])
-    ends = (float(taus_s[0]), float(taus_s[-1]))
-    shape = Shape(
-        beyond(low, high, knots), zero, taus_s, radii, scale, limits_s=ends, grows=True, terms=(friction,)
-    )
+    shape = Shape(beyond(low, high, knots), zero, taus_s, radii, scale, grows=True, terms=(friction,))
     records = [
         Record(x, s.force_n / scale, s.dt_s, zero, hours_of(segments, s)) for x, s in zip(d, segments, strict=True)
     ]
