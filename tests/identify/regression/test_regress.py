@@ -18,7 +18,7 @@ from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
-from thrustd.identify.regression.solve import noise_level, prior_of
+from thrustd.identify.regression.solve import noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns, normal_equations, simulate
 from thrustd.identify.regression.terms import APART, NUDGE, at_start
 from thrustd.identify.segments import Segment
@@ -247,11 +247,13 @@ def test_the_posterior_knows_what_its_record_would_lose():
     d, plain, _ = mount(10_000)
     friction = mount(10_000, friction_n=150.0)[1] - plain
     y = plain + (1 + 3.0 * np.abs(d)) * friction + NOISE_N * np.random.default_rng(3).standard_normal(len(d))
-    found = regress([segment(d, y)])
+    placed = regress([segment(d, y)])
+    [record] = records_for(placed, [segment(d, y)])
+    held = replace(placed.shape, move=False, taus_s=np.exp(placed.point.log_tau))  # where lags may lie is no part of it
+    found = solve(held, placed.point, [record], placed.precisions)
     stored = kept(found, [law_of(found.shape).name])
     shape, point = shape_of(stored), point_of(stored)
     assert np.allclose(information_of(stored), found.information)
-    [record] = records_for(found, [segment(d, y)])
     told, groups = Known.of(shape, point.vector(shape), information_of(stored)), prior_of(shape, stored.strengths)
 
     def cost(point):
