@@ -33,7 +33,7 @@ def gathered(shape: Shape, point: Point) -> tuple[Shape, Point]:
     logs, gain = logs[gain != 0.0], gain[gain != 0.0]
     spacing = float(np.diff(np.log(shape.taus_s)).mean())
     groups = np.cumsum(np.diff(logs, prepend=logs[:1]) > TOGETHER * spacing)
-    sums = np.bincount(groups, gain)
+    sums = np.bincount(groups, gain).astype(np.float64)
     means = np.bincount(groups, gain * logs) / sums
     return replace(shape, taus_s=np.exp(means)), replace(point, log_tau=means, gain=sums)
 
