@@ -9,6 +9,7 @@ from thrustd.core.errors import ModelError, RecordingError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
+from thrustd.diagnose.search.library import combined
 from thrustd.model.artifact import ComplexMode, EffectSpec, LinearBlock
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named
@@ -144,10 +145,33 @@ def test_a_column_of_any_name_is_added_or_left_alone(incidence_deg, column):
         assert extend(mount(), [data], [followed[0].name]).rmse_after_n < 1.1 * NOISE_N
 
 
+@pytest.mark.parametrize(
+    ("channel", "why"),
+    [
+        ("force_N", "what is to be explained"),
+        ("deformation_mm", "what the model's own curve reads"),
+        ("time_s", "says when, which no other record repeats"),
+        ("estimate_thrust_n", "thrustd's own output"),
+    ],
+)
+@pytest.mark.parametrize("asked", ["curve of {}", "gain curve of mach - {}", "bias curve of {} * mach"])
+def test_what_explains_nothing_is_no_curves_channel(channel, why, asked):
+    data = record(n=6000).with_channels(mach=np.linspace(0.2, 0.5, 6000), estimate_thrust_n=np.linspace(0.0, 5.0, 6000))
+    with pytest.raises(RecordingError, match=f"measured: effect curve of .*{channel} .*{why}; expected another column"):
+        extend(mount(), [data], [asked.format(channel)])
+    assert channel not in str(combined(data.channels))  # nor does diagnose offer it
+
+
 def test_the_force_explains_no_force():
-    for name in ("curve of force_N", "gain curve of mach - force_N", "k * force_N"):
-        with pytest.raises(RecordingError, match="force_N"):
-            extend(mount(), [record(n=6000).with_channels(mach=np.linspace(0.2, 0.5, 6000))], [name])
+    with pytest.raises(RecordingError, match="force_N is what is to be explained"):
+        extend(mount(), [record(n=6000)], ["k * force_N"])
+
+
+def test_of_a_curve_that_was_asked_for_diagnose_says_why_it_is_not_judged():
+    report = diagnose(mount(), [record(n=6000)], extra=[effect_named("curve of time_s")])
+    assert ("curve of time_s", "time_s says when, which no other record repeats") in [
+        (one.effect, one.reason) for one in report.not_judged
+    ]
 
 
 def test_channels_that_say_the_same_are_all_listed_the_simplest_first():

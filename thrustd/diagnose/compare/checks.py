@@ -8,7 +8,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.first_look import ONE_LEVEL
-from thrustd.diagnose.search.candidates import moves
+from thrustd.diagnose.search.candidates import moves, no_explanation
 from thrustd.diagnose.search.records import complete
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.segments import DEFORMATION, FORCE
@@ -169,9 +169,9 @@ def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
 
 
 def check_channels(records: Sequence[Recording], effect: Effect) -> None:
-    """The channels of an effect must be there and move, or nothing can be estimated; the force is no such channel."""
-    if FORCE in effect.channels:
-        raise RecordingError(f"effect {effect.word} reads {FORCE}, which it is to explain; expected other columns")
+    """The channels of an effect must be there, move, and be able to explain, or nothing can be estimated."""
+    if why := no_explanation(effect):
+        raise RecordingError(f"{records[0].name}: effect {effect.word}: {why}; expected another column")
     for record in records:
         for channel in effect.channels:
             if channel != "time_s" and channel not in record:

@@ -6,14 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.records import complete
-from thrustd.identify.segments import FORCE
+from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.effect import Effect
 from thrustd.model.elsewhere import TEMPERATURE, at_column, is_temperature, thermal
-from thrustd.records.recording import Recording
+from thrustd.model.free_curve import is_curve
+from thrustd.records.recording import TIME, Recording
 
 STILL = 1e-3  # a channel moves when its spread exceeds this share of its typical size ...
 SAME = 0.05  # of its spread: a temperature that is no further from another is that one
+NO_CURVE = {  # of a channel: why a free curve of it explains nothing
+    FORCE: "is what is to be explained",
+    DEFORMATION: "is what the model's own curve reads",
+    TIME: "says when, which no other record repeats",
+}
 ORDER = 3.0  # times more or less is another order of magnitude
 
 
@@ -68,11 +75,11 @@ def _same(name: str, records: Sequence[Recording]) -> bool:
 def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]) -> str:
     if effect.word in present:
         return ""
+    if why := no_explanation(effect):
+        return why
     for channel in effect.channels:
         if channel == "time_s":
             continue
-        if channel == FORCE:
-            return f"{FORCE} is what is to be explained"
         if not all(channel in record for record in records):
             return f"channel {channel} is not in the data"
         if not moves(np.concatenate([record[channel] for record in records])):
@@ -80,6 +87,18 @@ def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]
         if not all(complete(record[channel]) for record in records):
             return f"channel {channel} has values missing"
     return ""
+
+
+def no_curve(channel: str) -> str:
+    """Why a free curve of a channel explains nothing; "" where it may."""
+    why = "is thrustd's own output" if is_own_output(channel) else NO_CURVE.get(channel, "")
+    return f"{channel} {why}" if why else ""
+
+
+def no_explanation(effect: Effect) -> str:
+    """Why what an effect reads explains nothing; a law may read time and deformation, a curve of them may not."""
+    said = [no_curve(channel) for channel in effect.channels if is_curve(effect.name) or channel == FORCE]
+    return next(filter(None, said), "")
 
 
 def moves(column: Floats) -> bool:

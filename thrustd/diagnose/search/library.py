@@ -12,9 +12,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from thrustd.core.errors import ModelError
-from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.base import STATE_OF, Base
-from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.diagnose.search.candidates import moves, no_curve, order_of
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import FLOW, play_of
 from thrustd.identify.regression.record import Record
@@ -275,9 +274,6 @@ def _late(column: Floats, late_s: float, dt_s: float) -> Floats:
     return found
 
 
-OWN = ("deformation_mm", "force_N", "time_s")  # what the model reads itself; the clock stands for whatever went on
-
-
 def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
     """Every moving channel, and differences and products of two, with the channels that each is made of."""
     single = [name for name, column in channels.items() if _strange(name) and nameable(name) and moves(column)]
@@ -291,7 +287,7 @@ def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
 
 def _strange(name: str) -> bool:
     """Whether the model does not read it anyway."""
-    return name not in OWN and not name.startswith((STATE_OF, HOURS)) and not is_own_output(name)
+    return not no_curve(name) and not name.startswith((STATE_OF, HOURS))
 
 
 def _unit(name: str) -> str:
