@@ -84,4 +84,13 @@ def test_what_has_no_law_is_added_as_the_curve_of_its_channel(page_of, tmp_path)
             steps.nth(1).wait_for(timeout=LONG_MS)
             before, after = (float(steps.nth(i).inner_text().split()[0]) for i in (0, 1))
             assert after < 0.2 * before
-            page.get_by_text("incidence_deg height_08").wait_for()
+            page.get_by_text("16 heights of").wait_for()
+            page.get_by_role("img", name="added to the force [N] against incidence_deg").wait_for()
+            assert page.get_by_text("height_08").count() == 0
+            page.get_by_role("button", name="Save and compile").last.click()  # a curve is kept like any law
+            page.locator(".file", has_text="reads").wait_for(timeout=LONG_MS)
+        assert served.order("report")["state"] == "done"
+        (report,) = (tmp_path / ".thrustd" / "reports").glob("*.html")
+        told = report.read_text()
+        assert "16 heights of" in told and "16 places of" in told and "height_08" not in told
+        assert 'alt="curve of incidence_deg, band: 95 %"' in told

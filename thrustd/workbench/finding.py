@@ -8,9 +8,12 @@ from typing import Any
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.comparison import CompareReport
+from thrustd.diagnose.extend.effect_card import parameters_of
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.diagnose_report import CandidateReport
+from thrustd.diagnose.search.spectra import kind_of
+from thrustd.diagnose.search.told import ParameterEstimate, gathered, many_of, sentence_of
 from thrustd.identify.identify import identify
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec, write_model
@@ -20,6 +23,7 @@ from thrustd.records.files import file_sha256
 from thrustd.records.recording import TIME
 from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.asking import marked_recordings
+from thrustd.workbench.curves import curves_of
 from thrustd.workbench.evidence import evidence_json
 from thrustd.workbench.figures import dependence_json, history_json
 from thrustd.workbench.folder import Folder
@@ -63,8 +67,18 @@ def ask_diagnose(folder: Folder, arguments: Mapping[str, Any], progress: Progres
 def _candidate(candidate: CandidateReport) -> dict[str, Any]:
     effect = effect_named(candidate.name)
     card = {key: getattr(effect, key) for key in CARD}
-    card["parameters"] = [{"name": p.name, "meaning": p.meaning, "unit": p.unit} for p in effect.parameters]
-    return candidate.to_json() | {"card": card, "estimates": [asdict(p) for p in candidate.parameters]}
+    card["parameters"] = [{"name": p.name, "meaning": p.meaning, "unit": p.unit} for p in parameters_of(effect)]
+    return candidate.to_json() | {"card": card, "estimates": _estimates(candidate.parameters)}
+
+
+def _estimates(numbers: Sequence[ParameterEstimate]) -> list[dict[str, Any]]:
+    """As the page shows them: a spectrum or a curve in one, `said` in words."""
+    found = []
+    for every in gathered(numbers):
+        first, many = every[0], len(every) > 1
+        one = {"name": kind_of(first.name), "effect": first.effect, "expected": first.expected, "said": many_of(every)}
+        found.append((one if many else asdict(first)) | {"sentence": sentence_of(every)})
+    return found
 
 
 def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress) -> dict[str, Any]:
@@ -88,12 +102,12 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
         "histories": [history_json(c) for c in found.comparisons],
     }
     save_model(folder, name, report.spec)
-    numbers = [asdict(p) | {"sentence": p.sentence} for p in report.parameters]
     return report.to_json() | {
         "reads": _reads(report.spec),
         "parent": parent,
         "model": name,
-        "estimates": numbers,
+        "estimates": _estimates(report.parameters),
+        "curves": [curve for curve in curves_of(report.spec) if curve["effect"] in report.effects],
         **judged,
     }
 

@@ -16,11 +16,13 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.comparison import Comparison
 from thrustd.diagnose.compare.newtons import newtons
+from thrustd.diagnose.search.spectra import folded
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effects import shelf
 from thrustd.sinks.html_page import drawing, head, picture, table
 from thrustd.sinks.whole_file import write_whole
 from thrustd.workbench.asking import marked_recordings
+from thrustd.workbench.curves import curve_drawing, curves_of
 from thrustd.workbench.folder import Folder
 from thrustd.workbench.session import read_session
 from thrustd.workbench.story import Step, kept_report, script_of, steps_of
@@ -178,15 +180,19 @@ def _evidence(sets: list[dict[str, Any]]) -> str:
 def _effects(spec: ModelSpec) -> str:
     """What was found: every parameter that is not neutral; units are in the names. Intervals stand with the steps."""
     neutral = {word: {p.name: p.neutral for p in effect.parameters} for word, effect in shelf().items()}
-    rows = [
-        (e.name, name, f"{value:.4g}")
-        for e in spec.effects
-        for name, value in e.parameters.items()
-        if value != neutral.get(e.name, {}).get(name)
-    ]
+    rows = []
+    for e in spec.effects:
+        own = neutral.get(e.name, {})
+        moved = {name: value for name, value in e.parameters.items() if value != own.get(name)}
+        rows += [(e.name, name, _said(value)) for name, value in folded(e.name, moved).items()]
     if not rows:
         return ""
-    return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value"), rows)
+    curves = "".join(map(curve_drawing, curves_of(spec)))
+    return "<h2>Effects in the model</h2>" + table(("Effect", "parameter", "value"), rows) + curves
+
+
+def _said(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.4g}"
 
 
 def _comparison(c: Comparison, both: Sequence[Comparison]) -> str:

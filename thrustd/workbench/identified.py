@@ -1,6 +1,6 @@
 """What an identification found, as the page draws it: errors, static curve, relaxation, loop, residual."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.core.measures import rms
 from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.search.spectra import folded
 from thrustd.identify.identify import Identified
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import compile_model, linear_of
@@ -41,11 +42,17 @@ def identified_json(found: Identified, name: str, records: Sequence[Recording]) 
         "static": static,
         "relaxation": _relaxation(spec),
         "effects": [
-            {"name": e.name, "title": effect_named(e.name).title, "parameters": e.parameters} for e in spec.effects
+            {"name": e.name, "title": effect_named(e.name).title, "parameters": folded(e.name, _moved(e.parameters))}
+            for e in spec.effects
         ],
         "loops": [_loop(static, c.channels["deformation_mm"], c.reference_n, c.model_n) for c in runs],
         "histories": [history_json(c) for c in runs],
     }
+
+
+def _moved(parameters: Mapping[str, float]) -> dict[str, float]:
+    """Without elements of a spectrum that carry nothing."""
+    return {name: value for name, value in parameters.items() if value}
 
 
 def _static(spec: ModelSpec) -> dict[str, Any]:

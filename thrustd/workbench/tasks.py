@@ -75,7 +75,8 @@ def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
 
 
 def _extended(answer: dict[str, Any]) -> dict[str, Any]:
-    names = ("model", "reads", "parent", "effects", "rmse_before_n", "rmse_after_n", "estimates", "heldout", "remarks")
+    found = ("rmse_before_n", "rmse_after_n", "estimates", "curves", "heldout", "remarks")
+    names = ("model", "reads", "parent", "effects", *found)
     return {name: answer[name] for name in names if name in answer}
 
 

@@ -5,7 +5,8 @@ channel swings once, with and without the effect at a typical size. Drawn is wha
 """
 
 import sys
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from thrustd.core.columns import Floats
-from thrustd.model.effect import Effect
+from thrustd.diagnose.search.spectra import kind_of, together
+from thrustd.model.effect import Effect, Parameter
 from thrustd.model.effects import shelf
 from thrustd.model.elsewhere import TEMPERATURE, is_temperature
 from thrustd.sinks.whole_file import whole_file
@@ -68,7 +70,7 @@ def card_text(effect: Effect) -> str:
         f"  acts on      {effect.site}",
         f"  reads        {', '.join(effect.channels) or 'the deformation alone'}",
     ]
-    for p in effect.parameters:
+    for p in parameters_of(effect):
         kind = "amplitude" if p.amplitude else "shape" if p.estimate else "reference"
         unit = f" {p.unit}" if p.unit not in ("", "-") else ""
         lines.append(f"  {p.name:<12} {p.meaning}; {kind}, {p.low:g} to {p.high:g}{unit}, neutral {p.neutral:g}")
@@ -133,6 +135,22 @@ def card_picture(effect: Effect, path: Path) -> Path:
     with whole_file(path) as part:
         figure.savefig(part, dpi=110, format="png")
     return path
+
+
+def parameters_of(effect: Effect) -> list[Parameter]:
+    """As a person reads them: those of a spectrum or a curve are one, called by their kind."""
+    known = {p.name: p for p in effect.parameters}
+    return [_one([known[name] for name in names]) for names in together(known)]
+
+
+def _one(every: Sequence[Parameter]) -> Parameter:
+    first = every[0]
+    if len(every) == 1:
+        return first
+    words = list(zip(first.meaning.split(), every[-1].meaning.split(), strict=False))
+    one_differs = sum(a != b for a, b in words) <= 1
+    meaning = " ".join(a if a == b else f"{a} to {b}" for a, b in words) if one_differs else first.meaning
+    return replace(first, name=kind_of(first.name), meaning=f"{len(every)} of them: {meaning}")
 
 
 def shelf_text() -> str:

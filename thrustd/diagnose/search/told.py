@@ -10,11 +10,11 @@ import numpy as np
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.diagnose.search.base import Base, is_nuisance
 from thrustd.diagnose.search.joint import Joint
+from thrustd.diagnose.search.spectra import many_words, together
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Parameter
-from thrustd.model.free_curve import is_curve
 
 UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
@@ -58,21 +58,29 @@ class ParameterEstimate:
 
 
 def sentences(numbers: Sequence[ParameterEstimate]) -> list[str]:
-    """One a number; the elements of a spectrum or a curve, of which none says much alone, in one."""
+    """One a number; the elements of a spectrum or a curve in one."""
+    return [sentence_of(every) for every in gathered(numbers)]
+
+
+def gathered(numbers: Sequence[ParameterEstimate]) -> list[tuple[ParameterEstimate, ...]]:
+    """Every number alone, but for the elements of a spectrum or a curve."""
     found = []
     for effect in dict.fromkeys(number.effect for number in numbers):
-        every = [number for number in numbers if number.effect == effect]
-        own = [number for number in every if number.unit == every[0].unit]
-        if len(own) >= SPECTRUM:
-            unit = f" {own[0].unit}" if own[0].unit not in ("", "-") else ""
-            sizes = f"{min(n.value for n in own):.2g} to {max(n.value for n in own):.2g}{unit}"
-            together = f", {sum(number.value for number in own):.3g}{unit} together"
-            many = f"{len(own)} heights of {sizes}" if is_curve(effect) else f"{len(own)} elements of {sizes}{together}"
-            found.append(f"{effect}: {many}")
-        else:
-            own = []
-        found += [number.sentence for number in every if number not in own]
+        own = {number.name: number for number in numbers if number.effect == effect}
+        found += [tuple(own[name] for name in names) for names in together(own)]
     return found
+
+
+def sentence_of(numbers: Sequence[ParameterEstimate]) -> str:
+    """Of one number, or of one spectrum."""
+    one = numbers[0]
+    return one.sentence if len(numbers) == 1 else f"{one.effect}: {many_of(numbers)}"
+
+
+def many_of(numbers: Sequence[ParameterEstimate]) -> str:
+    """What a spectrum or a curve is like."""
+    names, values = [number.name for number in numbers], [number.value for number in numbers]
+    return many_words(numbers[0].effect, names, values, numbers[0].unit)
 
 
 def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:

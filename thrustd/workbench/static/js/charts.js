@@ -26,6 +26,26 @@ export function dependenceChart(layers, y) {
   });
 }
 
+// a free curve of a model: its heights over the channel, with their 95 % band
+export function curveChart(curve) {
+  return chart({
+    height: 200,
+    x: { title: curve.channel, ...span([curve.at], 0.03) },
+    y: { title: curve.title, ...span([curve.low, curve.high, [0]]) },
+    at: (x) => {
+      const i = nearest(curve.at, x);
+      return `${curve.channel} ${number(curve.at[i], 4)}: ${number(curve.mean[i], 3)}, 95 %: ${number(curve.low[i], 3)} to ${number(curve.high[i], 3)}`;
+    },
+    draw(p) {
+      rule(p.ctx, p.left, p.y(0), p.left + p.width, p.y(0), "--ink-3");
+      band(p, curve, "--s1", 0.22);
+      line(p, curve.at, curve.mean, "--s1", 2);
+      p.ctx.fillStyle = css("--s1");
+      for (const [i, x] of curve.at.entries()) p.ctx.fillRect(p.x(x) - 2.5, p.y(curve.mean[i]) - 2.5, 5, 5);
+    },
+  });
+}
+
 // blue below, orange above, grey in between: readable without red and green
 export function diverging(share) {
   const from = document.documentElement.dataset.theme === "dark" ? [150, 160, 170] : [176, 184, 192];

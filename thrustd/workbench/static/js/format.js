@@ -87,3 +87,6 @@ export const typeset = (line) =>
     .replaceAll("+-", "±")
     .replace(/(^|[\s(=,])-(?=[\d.])/g, `$1${MINUS}`)
     .replace(/(\d) degC\b/g, "$1 °C");
+
+// an estimate as tables show it; a spectrum or a curve is said in words
+export const toldSize = (p) => (p.said ? typeset(p.said) : plusMinus(p.value, p.std, p.unit));

@@ -2,9 +2,10 @@
 
 import { latest } from "../answers.js";
 import { post } from "../api.js";
+import { curveChart } from "../charts.js";
 import { fill, h, heading, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
-import { newtons, plusMinus, typeset } from "../format.js";
+import { newtons, toldSize, typeset } from "../format.js";
 import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
 import { attempt, byItself, model, refresh, report, running, say, session } from "../store.js";
@@ -160,8 +161,9 @@ export function add(root) {
       table(
         {},
         ["", ["", "num"]],
-        r.estimates.map((p) => [[p.effect, " ", h("b", p.name)], plusMinus(p.value, p.std, p.unit)]),
+        r.estimates.map((p) => [[p.effect, p.said ? "" : [" ", h("b", p.name)]], toldSize(p)]),
       ),
+      (r.curves ?? []).map(curveChart),
     );
 
   // the residual of both models on every recording; filled when the report is here

@@ -148,13 +148,14 @@ const frictions = (a) =>
   described(
     "Already in the model",
     "",
-    a.effects.map((e) => {
-      const told = Object.entries(e.parameters).filter(([, value]) => value);
-      return h(
+    a.effects.map((e) =>
+      h(
         "p",
         h("b", e.name),
         ` ${e.title}: `,
-        told.map(([name, value]) => `${name} ${number(value, 3)}`).join(", "),
-      );
-    }),
+        Object.entries(e.parameters)
+          .map(([name, value]) => `${name} ${typeof value === "string" ? typeset(value) : number(value, 3)}`)
+          .join(", "),
+      ),
+    ),
   );

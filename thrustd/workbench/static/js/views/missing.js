@@ -4,7 +4,7 @@ import { span } from "../axes.js";
 import { dependenceChart } from "../charts.js";
 import { described, fill, h, panel, table } from "../dom.js";
 import { evidencePictures, residualAxis } from "../evidence_charts.js";
-import { newtons, percent, plusMinus, typeset } from "../format.js";
+import { newtons, percent, toldSize, typeset } from "../format.js";
 import { GRADES } from "../guide.js";
 import { bar } from "../ledger.js";
 import { diagnoseNow, goAndAdd } from "../steps.js";
@@ -92,7 +92,7 @@ export function missing(root) {
         newtons(c.rmse_before_n),
         newtons(c.rmse_after_n),
         share < WORTH ? h("span.faint", "nothing") : [bar(share), h("span.num", percent(share))],
-        c.estimates.map((p) => h("div", `${p.name} = ${plusMinus(p.value, p.std, p.unit)}`)),
+        c.estimates.map((p) => h("div", p.said ? toldSize(p) : `${p.name} = ${toldSize(p)}`)),
         h("td", { title: c.separable_from.join(", ") }, alike(c.separable_from)),
       ],
     };

@@ -43,6 +43,9 @@ export function physicsCard(c) {
 function expected(c, name) {
   const found = c.estimates.find((p) => p.name === name);
   return found?.expected
-    ? h("span.quiet", `; found ${withUnit(found.value, found.unit, 4)}, expected on PH-LAB: ${found.expected}`)
+    ? h(
+        "span.quiet",
+        `; found ${found.said ? typeset(found.said) : withUnit(found.value, found.unit, 4)}, expected on PH-LAB: ${found.expected}`,
+      )
     : null;
 }
