@@ -16,6 +16,10 @@ from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
 
 N = 6000  # samples
+HEARD = """async () => {
+    const { store } = await import(new URL("static/js/store.js", document.baseURI));
+    return store.server.recordings[0].mapped.columns?.length === 3;
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +55,34 @@ def test_his_columns_are_named_once_and_in_his_units(page_of, stranger):
     said = json.loads((stranger.folder / ".thrustd" / "mappings.json").read_bytes())
     load, lvdt = said["columns"][1:]
     assert load["factor"] == -1000 and lvdt["factor"] == 0.25 and lvdt["offset"] == pytest.approx(-0.075)
+
+
+def test_columns_half_said_stay_while_another_screen_is_looked_at(page_of, tmp_path):
+    write_foreign(tmp_path / "rig.csv", n=6000)
+    with workbench(tmp_path) as served, page_of(served.url) as page:
+        idle(page)
+        page.locator("#next", has_text="Name the columns").click()
+        page.get_by_label("scale of LVDT (V)").fill("0.25")
+        page.get_by_label("reverse the sign of Load [kN]").uncheck()
+        _look_elsewhere(page)
+        assert page.get_by_label("scale of LVDT (V)").input_value() == "0.25"
+        assert not page.get_by_label("reverse the sign of Load [kN]").is_checked()
+        page.get_by_label("zero of LVDT (V)").fill("0.3")
+        page.get_by_text("one of the two signs is reversed").wait_for()  # the preview is that of what is shown
+        page.locator("nav a[href='#histories']").click()
+        assert served.ask("PUT", "api/columns/rig.csv", json.dumps(SAID))[0] == 200  # another tab has said it
+        page.wait_for_function(HEARD)
+        _look_elsewhere(page)
+        page.get_by_label("zero of LVDT (V)").wait_for()
+        assert page.get_by_label("reverse the sign of Load [kN]").is_checked()
+
+
+def _look_elsewhere(page):
+    """And back."""
+    for view in ("fails", "overview"):
+        page.locator(f"nav a[href='#{view}']").click()
+        page.locator(f"nav a[href='#{view}'][aria-current='page']").wait_for()
+    page.locator("#take-columns").wait_for()
 
 
 def test_then_the_page_leads_on(page_of, stranger):

@@ -13,7 +13,7 @@ import {
   revealNow,
 } from "./steps.js";
 import { choose, model, session, store } from "./store.js";
-import { nameColumns } from "./views/columns.js";
+import { nameColumns } from "./views/columns_panel.js";
 
 const go = (view) => {
   location.hash = view;

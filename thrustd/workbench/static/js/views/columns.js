@@ -1,31 +1,16 @@
 // What the columns of a file are: name, unit, zero and sign of each, with a preview before anything is taken.
 
-import { get, inUrl, Problem, put } from "../api.js";
+import { inUrl, Problem, put } from "../api.js";
 import { MEANT, OTHERS, ROLES, unitOf } from "../channels.js";
 import { columnPictures, correlation } from "../column_pictures.js";
-import { fill, h, panel, select, wideTable } from "../dom.js";
+import { fill, h, select, wideTable } from "../dom.js";
 import { newtons, number, withUnit } from "../format.js";
-import { attempt, recording, refresh, say, store } from "../store.js";
-
-export const nameColumns = (name) => {
-  store.ui.columns = name;
-  location.hash = "overview";
-  document.dispatchEvent(new CustomEvent("columns"));
-};
-
-export function columnsPanel(name, done) {
-  const root = panel(`Columns of ${name}`, [], h("p.empty", "Reading …"));
-  attempt(async () => {
-    const table = await get("api/columns/" + inUrl(name));
-    new Columns(root, name, table, done).draw();
-  })();
-  return root;
-}
+import { attempt, recording, refresh, say } from "../store.js";
 
 const STILL_LOADED = 0.02; // of the largest force: a reading there is no zero
 const MAY_BE_OFF = ["force_N", "deformation_mm"]; // what has a reading without load
 
-class Columns {
+export class Columns {
   constructor(root, name, table, done) {
     Object.assign(this, { root, name, table, done });
     const { mapped } = recording(name);

@@ -4,26 +4,20 @@ import { addFiles } from "../drop.js";
 import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
 import { attempt, choose, running, session, store } from "../store.js";
-import { columnsPanel, nameColumns } from "./columns.js";
+import { columnsPanel, nameColumns } from "./columns_panel.js";
 import { exercisePanel } from "./exercise.js";
 
 export function overview(root) {
-  let columns = null; // of the file whose columns are being said
+  store.ui.panel?.again();
   const draw = () => {
     const { recordings, models } = store.server,
       named = recordings.some((one) => one.name === store.ui.columns && one.table) ? store.ui.columns : null;
-    if (named !== columns?.name)
-      columns = named && {
-        name: named,
-        root: columnsPanel(named, () => {
-          if (store.ui.columns === named) store.ui.columns = null; // another file's may be asked for since
-          draw();
-        }),
-      };
+    // of the file whose columns are being said; what is half said stays when another screen is looked at meanwhile
+    if (named !== store.ui.panel?.name) store.ui.panel = named && columnsPanel(named);
     fill(
       root,
       heading("Overview", "Recordings and models of the folder. The page and the command line read the same files."),
-      columns?.root,
+      store.ui.panel?.root,
       panel(
         `Recordings (${recordings.length})`,
         [h("span.push"), picker()],
