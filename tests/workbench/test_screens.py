@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import time
 
 import pytest
@@ -94,6 +95,26 @@ def follow_to_its_end(page_of, full_folder, growing, content):
         assert re.search(r"\b199\d\b", page.locator(".engine").last.inner_text())
         page.get_by_role("button", name="Play back").click()
         page.get_by_role("button", name="Play", exact=True).wait_for()  # its end is written: it may be played
+
+
+def test_a_new_log_is_offered_by_itself_while_another_is_played(page_of, full_folder):
+    new = full_folder.folder / "landed.mcap"
+    with page_of(f"{full_folder.url}#flight") as page:
+        idle(page)
+        page.get_by_role("button", name="Play", exact=True).click()
+        page.get_by_label("second flight").wait_for(state="hidden")
+        asked: list[str] = []
+        page.on("request", lambda request: asked.append(request.url.split("/api/")[-1].split("?")[0]))
+        try:
+            shutil.copy(full_folder.folder / "flight.mcap", new)
+            page.locator("select[aria-label='flight log'] option", has_text="landed.mcap").wait_for(state="attached")
+            page.get_by_label("second flight").select_option("landed.mcap")  # once it is read
+            page.get_by_role("button", name="Align").wait_for()
+            assert page.get_by_label("flight log").input_value() == "flight.mcap"
+        finally:
+            new.unlink()
+        assert set(asked) <= {"state", "jobs", "lines"} and asked.count("jobs") == 1  # nothing is asked again and again
+        page.locator("select[aria-label='flight log'] option", has_text="landed.mcap").wait_for(state="detached")
 
 
 def test_two_recordings_side_by_side_zoom_together(page_of, full_folder):

@@ -58,12 +58,17 @@ const tr = (columns, props, cells) => {
 export const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 export function select(options, chosen, onchange, label) {
-  return h(
-    "select",
-    { onchange: (event) => onchange(event.target.value), "aria-label": label },
+  const list = h("select", { onchange: (event) => onchange(event.target.value), "aria-label": label });
+  offer(list, options, chosen);
+  return list;
+}
+
+// what a list offers from now on; what was chosen stays chosen
+export const offer = (list, options, chosen = list.value) =>
+  fill(
+    list,
     options.map(([value, text]) => h("option", { value, selected: value === chosen }, text)),
   );
-}
 
 // a line's name beside its colour; `kind`: dashed, dotted
 export function key(color, name, kind = "") {

@@ -1,7 +1,7 @@
 // Live and flight: follow a log that a daemon is writing, or play a flight back, with both engines.
 
 import { query } from "../api.js";
-import { fill, h, heading, select } from "../dom.js";
+import { fill, h, heading, offer, select } from "../dom.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { attempt, byItself, order, store } from "../store.js";
 import { live } from "./live.js";
@@ -9,16 +9,24 @@ import { playback } from "./playback.js";
 
 export function flight(root) {
   const ui = (store.ui.flight ??= { log: null, mode: null });
-  let stop = () => {};
-  const logs = () => store.server.recordings.filter((r) => r.name.endsWith(".mcap"));
+  let stop = () => {},
+    shown, // the log that is looked at
+    seen, // the logs that are offered
+    renew = []; // what offers them, to be done again when others have come
+  const logs = () => store.server.recordings.filter((r) => r.name.endsWith(".mcap")),
+    stamp = () => JSON.stringify(logs().map((r) => [r.name, r.growing, Boolean(r.meta)]));
 
   function draw() {
     stop();
     stop = () => {};
     ui.waiting = false;
+    renew = [];
+    seen = stamp();
     const found = logs(),
-      chosen = found.find((r) => r.name === ui.log) ?? found.find((r) => r.growing) ?? found[0],
+      named = (name) => found.find((r) => r.name === name),
+      chosen = named(ui.log) ?? named(shown) ?? found.find((r) => r.growing) ?? found[0],
       mode = ui.mode ?? (chosen?.growing ? "live" : "play");
+    shown = chosen?.name;
     const state = h(
       "span",
       { class: "quiet", role: "status" },
@@ -31,9 +39,9 @@ export function flight(root) {
         h(
           "label",
           "Flight log",
-          select(
-            found.map((r) => [r.name, r.name]),
-            chosen?.name,
+          offered(
+            () => logs().map(option),
+            shown,
             (v) => {
               ui.log = v;
               draw();
@@ -63,7 +71,7 @@ export function flight(root) {
           },
           "Follow live",
         ),
-        mode === "play" && found.length > 1 ? beside(found, chosen, (shift_s) => shifted(body, shift_s)) : null,
+        mode === "play" ? beside(chosen, (shift_s) => shifted(body, shift_s)) : null,
         chosen?.meta
           ? h(
               "a",
@@ -97,9 +105,9 @@ export function flight(root) {
   }
 
   // a second flight to lie over the first, and by how much it is shifted
-  function beside(found, chosen, say) {
-    const others = found.filter((r) => r.name !== chosen.name && r.meta),
-      other = others.find((r) => r.name === ui.other);
+  function beside(chosen, say) {
+    const others = () => logs().filter((r) => r.name !== shown && r.meta),
+      other = others().find((r) => r.name === ui.other);
     const shift = h("input", {
       type: "number",
       step: "any",
@@ -107,13 +115,13 @@ export function flight(root) {
       "aria-label": "time shift in seconds",
       onchange: (event) => say(Number(event.target.value) || 0),
     });
-    return h(
+    const tools = h(
       "span.toolbar",
       h(
         "label",
         "Over it",
-        select(
-          [["", "no other flight"], ...others.map((r) => [r.name, r.name])],
+        offered(
+          () => [["", "no other flight"], ...others().map(option)],
           other?.name ?? "",
           (name) => {
             ui.other = name;
@@ -139,12 +147,29 @@ export function flight(root) {
           )
         : null,
     );
+    const show = () => {
+      tools.hidden = !others().length;
+    };
+    show();
+    renew.push(show);
+    return tools;
+  }
+
+  // a list that is added to when new logs come; what is played or followed meanwhile goes on
+  function offered(options, chosen, pick, label) {
+    const list = select(options(), chosen, pick, label);
+    renew.push(() => offer(list, options()));
+    return list;
   }
 
   draw();
   return {
     update: () => {
-      if (ui.waiting || !logs().length) draw();
+      if (ui.waiting || !logs().some((r) => r.name === shown)) draw();
+      else if (stamp() !== seen) {
+        seen = stamp();
+        for (const again of renew) again();
+      }
     },
     close: () => stop(),
   };
@@ -196,6 +221,8 @@ export function flight(root) {
     );
   }
 }
+
+const option = ({ name, growing }) => [name, growing ? `${name}, being written` : name];
 
 const GRID = 1000; // points of the coarse look
 
