@@ -264,3 +264,17 @@ def test_what_a_question_of_a_flight_test_lacks_stays_on_the_page(page_of, full_
         problem.wait_for()
         idle(page)
         assert "flight.mcap" in problem.inner_text()
+
+
+def test_a_question_of_a_flight_test_is_asked_once_while_it_is_answered(page_of, full_folder):
+    with page_of(f"{full_folder.url}#flighttest") as page:
+        idle(page)
+        full_folder.hold_worker()
+        page.get_by_role("button", name="Evaluate").dblclick()
+        asked = page.get_by_role("button", name="Working", disabled=True)
+        asked.wait_for()
+        turn(page, full_folder, "overview")
+        turn(page, full_folder, "flighttest")
+        asked.wait_for()  # whoever comes back finds it so
+        page.locator(".job").get_by_role("button", name="Cancel").click()
+        page.get_by_role("button", name="Evaluate", disabled=False).wait_for()

@@ -15,7 +15,9 @@ const SEVERAL = ["performance", "health"];
 export function flightTest(root) {
   const ui = (store.ui.flighttest ??= { question: "points", log: null, several: null, mass: {}, marks: "" });
   const shown = h("div");
-  let number, // of the report that is shown
+  const evaluate = h("button", { class: "primary", onclick: attempt(() => ask()) });
+  let asked = false, // a question is on its way
+    number, // of the report that is shown
     listed; // the flights that are offered: recordings are still being read when the page opens
 
   // recordings with a fan speed, and logs: a raw one is replayed
@@ -30,9 +32,16 @@ export function flightTest(root) {
     return ui.several ? all.filter((name) => ui.several.includes(name)) : all;
   };
 
+  // one question at a time
+  function press() {
+    const busy = asked || Boolean(running("flighttest"));
+    evaluate.disabled = busy;
+    evaluate.textContent = busy ? "Working …" : "Evaluate";
+  }
+
   function draw() {
-    const found = flights(),
-      busy = Boolean(running("flighttest"));
+    const found = flights();
+    press();
     listed = names(found);
     const [, words] = QUESTIONS[ui.question];
     const tools = h(
@@ -47,7 +56,7 @@ export function flightTest(root) {
         ),
         h("p.quiet", words),
         found.length
-          ? fields(found, busy)
+          ? fields(found)
           : h("p.empty", "No recording with N1 and air data in this folder, or none that is read yet."),
       ),
     );
@@ -70,18 +79,11 @@ export function flightTest(root) {
     draw();
   }
 
-  const fields = (found, busy) => [
+  const fields = (found) => [
     SEVERAL.includes(ui.question) ? checks(found) : one(found),
     ui.question === "performance" ? masses() : null,
     ["points", "performance"].includes(ui.question) ? marks() : null,
-    h(
-      "div.buttons",
-      h(
-        "button",
-        { class: "primary", disabled: busy, onclick: attempt(() => ask(found)) },
-        busy ? "Working" : "Evaluate",
-      ),
-    ),
+    h("div.buttons", evaluate),
   ];
   const one = (found) =>
     h(
@@ -152,8 +154,8 @@ export function flightTest(root) {
       ),
     );
 
-  async function ask(found) {
-    const recordings = chosen(found),
+  async function ask() {
+    const recordings = chosen(flights()),
       said = Object.keys(MASS).filter((key) => ui.mass[key]),
       several = SEVERAL.includes(ui.question);
     if (!recordings.length) return say("Choose a flight.");
@@ -163,13 +165,18 @@ export function flightTest(root) {
       ui.question === "performance" && said.length
         ? Object.fromEntries(said.map((key) => [key, Number(ui.mass[key])]))
         : null;
-    await order("flighttest", {
-      question: ui.question,
-      recordings: several ? recordings : recordings.slice(0, 1),
-      mass,
-      marks: ui.marks,
-    });
-    draw();
+    asked = true;
+    try {
+      await order("flighttest", {
+        question: ui.question,
+        recordings: several ? recordings : recordings.slice(0, 1),
+        mass,
+        marks: ui.marks,
+      });
+    } finally {
+      asked = false;
+      draw();
+    }
   }
 
   const latest = () =>
@@ -228,6 +235,6 @@ export function flightTest(root) {
     update: () => {
       if (latest()?.result.report !== number || names(flights()) !== listed) draw();
     },
-    jobs: () => {},
+    jobs: press,
   };
 }
