@@ -32,8 +32,9 @@ def folder(tmp_path_factory):
         prepare(folder, name, quiet)
     made = fit(folder, {"recordings": ["1 rig.csv"], "out": "bench-model.json"}, quiet)
     keep(folder, Job("1", "fit", "", {"recordings": ["1 rig.csv"]}, "done", result=made))
-    asked = {"verdict": ["none"], "grade": "strong", "more_left": False, "floor_n": 12.0, "rmse_before_n": 12.1,
-             "rmse_after_n": 12.1, "candidates": [], "advice": ["nothing more"], "evidence": []}  # fmt: skip
+    asked = {"verdict": ["none"], "grade": "strong", "depends_on": [], "more_left": False, "floor_n": 12.0,
+             "rmse_before_n": 12.1, "rmse_after_n": 12.1, "candidates": [], "advice": ["nothing more"],
+             "evidence": []}  # fmt: skip
     answer = {"report": write_report(folder, "a", asked)}
     keep(folder, Job("2", "diagnose", "", {"model": "bench-model.json", "recordings": []}, "done", result=answer))
     change_session(folder, b'{"model": "bench-model.json", "measured": ["test run.csv"], "heldout": []}')

@@ -111,11 +111,15 @@ def test_what_has_no_law_is_added_as_the_curve_of_its_channel(page_of, tmp_path)
         assert job["state"] == "done", job["error"]
         with page_of(f"{served.url}#missing") as page:
             page.locator(".verdict .name", has_text="unknown").wait_for()
+            assert page.locator(".verdict .chip").count() == 0  # how sure nothing is, is no question
             page.get_by_role("button", name="Add curve of incidence_deg").first.click()
             steps = page.locator(".ledger .step b")
             steps.nth(1).wait_for(timeout=LONG_MS)
             before, after = (float(steps.nth(i).inner_text().split()[0]) for i in (0, 1))
             assert after < 0.2 * before
+            promised = page.locator("tr", has_text="promised on held-back blocks").locator("b").inner_text()
+            assert float(promised.split()[0]) < 0.2 * before
+            page.locator(".floor", has_text="floor").wait_for()
             page.get_by_text("16 heights of").wait_for()
             page.get_by_role("img", name="added to the force [N] against incidence_deg").wait_for()
             assert page.get_by_text("height_08").count() == 0
@@ -124,5 +128,6 @@ def test_what_has_no_law_is_added_as_the_curve_of_its_channel(page_of, tmp_path)
         assert served.order("report")["state"] == "done"
         (report,) = (tmp_path / ".thrustd" / "reports").glob("*.html")
         told = report.read_text()
+        assert "<b>Missing in it: unknown</b>:" in told and "; curve of incidence_deg would leave 1" in told
         assert "16 heights of" in told and "16 places of" in told and "height_08" not in told
         assert 'alt="curve of incidence_deg, band: 95 %"' in told

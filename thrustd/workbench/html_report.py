@@ -131,10 +131,14 @@ def _asked(folder: Folder, step: Step) -> str:
         return ""
     verdict = answer["verdict"]
     after = "" if verdict[0] in NOTHING else f" → {newtons(answer['rmse_after_n'])} N promised"
+    grade = "" if verdict == ["unknown"] else f" ({answer['grade']})"
+    curves = "".join(
+        f"; {html.escape(d['name'])} would leave {newtons(d['rmse_after_n'])} N" for d in answer["depends_on"]
+    )
     rest = "; something else is missing too" if answer["more_left"] else ""
     said = (
-        f"<p><b>Missing in it: {html.escape(', '.join(verdict))}</b> ({answer['grade']}):"
-        f" {newtons(answer['rmse_before_n'])} N{after} on held-back blocks;"
+        f"<p><b>Missing in it: {html.escape(', '.join(verdict))}</b>{grade}:"
+        f" {newtons(answer['rmse_before_n'])} N{after} on held-back blocks{curves};"
         f" the floor is {newtons(answer['floor_n'])} N{rest}.</p>"
     )
     advice = "".join(f"<p>{html.escape(line)}</p>" for line in answer["advice"])

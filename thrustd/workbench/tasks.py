@@ -71,6 +71,7 @@ def _diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
         "candidates": [{name: c[name] for name in names} for c in answer["candidates"][:6]],
         "depends_on": [d["channel"] for d in answer["depends_on"]],
         "curves": [d["name"] for d in answer["depends_on"]],  # as `extend` takes them
+        "curves_leave_n": [d["rmse_after_n"] for d in answer["depends_on"]],
     }
 
 

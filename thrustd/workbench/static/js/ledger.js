@@ -21,16 +21,19 @@ export const stepOf = (name) => {
   return made?.kind === "extend" ? made.result : undefined;
 };
 
-// the diagnosis that asked for a step
-export const askedOf = (step) =>
-  step &&
-  store.server.jobs.find(
-    (one) =>
-      one.kind === "diagnose" &&
-      one.state === "done" &&
-      one.arguments.model === step.parent &&
-      step.effects.every((effect) => one.result.verdict.includes(effect)),
-  )?.result;
+// the diagnosis that asked for a step, and what it promised: of a curve, which it names where it knows no law, apart
+export function askedOf(step) {
+  const named = ({ verdict, curves = [] }) =>
+    step.effects.every((effect) => verdict.includes(effect)) || curves.includes(String(step.effects));
+  const found =
+    step &&
+    store.server.jobs.find(
+      (one) =>
+        one.kind === "diagnose" && one.state === "done" && one.arguments.model === step.parent && named(one.result),
+    )?.result;
+  const curve = found?.curves?.indexOf(String(step.effects)) ?? -1;
+  return curve < 0 ? found : { ...found, rmse_after_n: found.curves_leave_n?.[curve] };
+}
 
 export const parentOf = (name) => {
   const parent = stepOf(name)?.parent;

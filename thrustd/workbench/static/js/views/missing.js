@@ -173,7 +173,7 @@ function verdict(a) {
       h("br"),
       h("b.name", known.join(" + ") || kind),
       h("br"),
-      h("span", { class: "chip", title: GRADES[a.grade] }, a.grade),
+      kind === "unknown" ? null : h("span", { class: "chip", title: GRADES[a.grade] }, a.grade),
     ),
     h("p", words, known.length ? ` ${capital(GRADES[a.grade])}.` : ""),
     h(
