@@ -278,3 +278,22 @@ def test_a_question_of_a_flight_test_is_asked_once_while_it_is_answered(page_of,
         asked.wait_for()  # whoever comes back finds it so
         page.locator(".job").get_by_role("button", name="Cancel").click()
         page.get_by_role("button", name="Evaluate", disabled=False).wait_for()
+
+
+WORSE = """async () => {
+    const { beforeAfter } = await import(new URL("static/js/evidence_charts.js", document.baseURI));
+    const one = {recording: "a", rmse_n: 1, time_s: [0, 1, 2], low: [-1, -1, -1], high: [1, 1, 1]};
+    document.querySelector("main").append(beforeAfter(one, {...one, low: [-9, -9, -9], high: [9, 9, 9]}));
+}"""
+
+
+def test_a_model_that_is_worse_than_before_is_drawn_whole(page_of, full_folder):
+    with page_of(full_folder.url) as page:
+        idle(page)
+        page.evaluate(WORSE)
+        page.wait_for_function("() => [...document.querySelectorAll('canvas')].at(-1)?.pane !== undefined")
+        low, high = page.evaluate(
+            "() => { const {top, height, unY} = [...document.querySelectorAll('canvas')].at(-1).pane;"
+            " return [unY(top + height), unY(top)]; }"
+        )
+        assert low < -9 and high > 9

@@ -65,7 +65,7 @@ export function beforeAfter(before, after) {
     chart({
       height: 190,
       x: { title: "time [s]", ...span([before.time_s], 0) },
-      y: { title: "measured − model [N]", ...span([[...before.low, ...before.high].filter((v) => v !== null)]) },
+      y: { title: "measured − model [N]", ...residualAxis([{ history: before }, { history: after }]) },
       at: (x) => {
         const i = nearest(before.time_s, x);
         return `${seconds(before.time_s[i])}: before ${newtons(before.low[i])} to ${newtons(before.high[i])}, after ${newtons(after.low[i])} to ${newtons(after.high[i])}`;
