@@ -51,7 +51,7 @@ def test_nothing_is_wider_than_the_window(page_of, full_folder, width):
             page.locator(SHOWN.get(view, "h1")).first.wait_for()
             idle(page)
             wide = page.evaluate(
-                "[document.documentElement, document.querySelector('.main'), document.querySelector('.context')]"
+                "[document.documentElement, ...document.querySelectorAll('.main, .context, .rail')]"
                 ".map((one) => one.scrollWidth - one.clientWidth)"
             )
             assert max(wide) <= 0, (view, wide)
