@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.conftest import simple_model
+from tests.conftest import ROOT, simple_model
 from tests.workbench.browser import held, idle, let_go, until
 from tests.workbench.served import workbench
 from tests.workbench.test_follow import write_log
@@ -255,6 +255,14 @@ def test_a_folder_without_a_reference_is_not_sent_round_the_loop(page_of, tmp_pa
         page.get_by_text("No recording here has a reference").wait_for()
         page.locator("#next", has_text="Time histories").click()
         page.locator(".sheet[data-ready]").wait_for()
+
+
+def test_a_raw_log_says_how_it_gets_estimates(page_of, tmp_path):
+    shutil.copy(ROOT / "replay_logs" / "throttle-steps.mcap", tmp_path / "first flight.mcap")
+    with workbench(tmp_path) as served, page_of(f"{served.url}#flight") as page:
+        page.locator("#next", has_text="Flight test").wait_for()
+        said = page.locator(".empty code").inner_text()
+        assert said == "thrustd replay 'first flight.mcap' -o 'first flight-replayed.mcap'"
 
 
 def test_what_a_question_of_a_flight_test_lacks_stays_on_the_page(page_of, full_folder):

@@ -57,7 +57,7 @@ def steady_windows(flight: Flight, limits: SteadyLimits) -> list[Window]:
             taken[first : end + 1] = True
             found.append((first, end))
     if not found:
-        raise RecordingError(f"{flight.name}: no steady window; expected {limits_said(limits)}")
+        raise RecordingError(f"{flight.name}: no steady window; expected {_expected(limits)}")
     time_s = flight.record.time_s
     return [Window(float(time_s[a]), float(time_s[b]) + 1.0, str(i + 1)) for i, (a, b) in enumerate(sorted(found))]
 
@@ -115,6 +115,15 @@ def spans(flight: Flight, window: Window, names: Sequence[str]) -> dict[str, flo
     part = flight.record.window(window.start_s, window.end_s)
     known = {name: part[name][np.isfinite(part[name])] for name in names}
     return {name: float(np.ptp(column)) if len(column) else float("nan") for name, column in known.items()}
+
+
+def _expected(limits: SteadyLimits) -> str:
+    """What a window needs, in words, with the names that `--limit` takes."""
+    steady = {name: value for name, value in msgspec.to_builtins(limits).items() if not name.startswith("least_")}
+    return (
+        f"{limits.least_s:g} s (least_s) with N1 above {limits.least_n1_pct:g} % (least_n1_pct) in which no one-second"
+        f" mean is further from another than {', '.join(f'{name} {value:g}' for name, value in steady.items())}"
+    )
 
 
 def limits_said(limits: SteadyLimits) -> str:

@@ -121,7 +121,7 @@ function noReference() {
     has = (start) => recordings.some((one) => one.meta.channels.some((c) => c.name.startsWith(start)));
   const [view, label, words] = has("estimate_thrust_n")
     ? ["flight", "Live and flight", "Play the flight back."]
-    : has("n1_pct")
+    : has("n1_pct") || recordings.some((one) => one.name.endsWith(".mcap"))
       ? ["flighttest", "Flight test", "Find test points, drag polar and health of these flights."]
       : models.length
         ? ["histories", "Time histories", "Look at what the chosen model estimates."]

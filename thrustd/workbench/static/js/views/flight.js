@@ -204,7 +204,7 @@ export function flight(root) {
       .filter((c) => c.startsWith("estimate_thrust_n_"))
       .map((c) => c.slice("estimate_thrust_n_".length));
     if (!engines.length) {
-      fill(body, words("No estimates in this log. Run thrustd replay on it to get them."));
+      fill(body, replayFirst(card.name));
       return () => {};
     }
     const other = store.server.recordings.find((r) => r.name === ui.other && r.meta && r.name !== card.name);
@@ -253,4 +253,14 @@ async function bestShift(one, other) {
   return Number((best.lag * step + one.meta.start_s - other.meta.start_s).toPrecision(4));
 }
 
-const words = (said) => h("section.panel", h("p.empty", said));
+const words = (...said) => h("section.panel", h("p.empty", ...said));
+
+// a raw log holds what the sensors said: the command for a terminal in the folder, whatever its name
+function replayFirst(name) {
+  const quoted = (said) => (/[^\w./+-]/.test(said) ? `'${said.replaceAll("'", "'\\''")}'` : said);
+  return words(
+    "This log holds what the sensors said and no estimates yet. In the folder, ",
+    h("code", `thrustd replay ${quoted(name)} -o ${quoted(name.replace(/\.mcap$/i, "-replayed.mcap"))}`),
+    " adds them; the new log is then offered here.",
+  );
+}

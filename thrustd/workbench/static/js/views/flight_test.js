@@ -148,7 +148,8 @@ export function flightTest(root) {
         h("input", {
           type: "text",
           value: ui.marks,
-          placeholder: "found by the limits",
+          placeholder: "empty: steady windows are found",
+          size: 30,
           oninput: (event) => (ui.marks = event.target.value.trim()),
         }),
       ),
