@@ -1,5 +1,7 @@
 """Where two sources disagree and nothing tells which is right, the status says so and the band holds both."""
 
+import json
+
 import numpy as np
 
 from tests.sensors.test_monitor import CITATION, LAYOUT, SHARES, cruise, monitor_inputs
@@ -31,3 +33,19 @@ def test_mounts_that_leave_the_brochure_are_disagreed_with_before_they_are_named
     assert not np.any(told, axis=0)[1]  # the other engine is well
     assert not any(engine for engine, _ in told[: round(10 * FROM_S)])  # nor was this one told before
     assert len(held) > 20 and all(held)
+
+
+def test_a_bank_that_goes_on_knows_all_of_its_past_and_since_when_its_engines_turn():
+    rng, monitor = np.random.default_rng(4), Monitor(LAYOUT, CITATION, SHARES)
+    for k in range(300):
+        read = cruise(k, rng)
+        if k < 100:
+            read["n1_pct", 1] = read["n2_pct", 1] = 0.0
+        monitor.step(monitor_inputs(k, read))
+    memory = json.loads(json.dumps(monitor.snapshot()))
+    again, later = Monitor(LAYOUT, CITATION, SHARES), Monitor(LAYOUT, CITATION, SHARES)
+    assert again.restore(memory) and again.snapshot()["bank"] == memory["bank"]
+    assert later.restore(memory, 7_000_000_000)
+    started_s = [engine["since_s"][0] for engine in memory["bank"]]
+    assert started_s[0] < 0.0 < started_s[1] and all(memory["bank"][0]["lagged_n"])
+    assert [engine["since_s"][0] for engine in later.snapshot()["bank"]] == [s + 7.0 for s in started_s]

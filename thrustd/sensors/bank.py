@@ -50,7 +50,9 @@ from thrustd.sensors.past import (
     UPPER,
     WIDTH,
     no_past,
+    recalled,
     remember,
+    told,
 )
 from thrustd.sensors.shared import weigh_shared
 
@@ -156,32 +158,20 @@ class Bank:
 
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
-        return [
-            {"found": int(found), "rows": past["rows"][: past["n"]].tolist(), "rates": past["rate_n_s"].tolist()}
-            for past, found in zip(self._past, self.found, strict=True)
-        ]
+        return [{"found": int(found), **told(past)} for past, found in zip(self._past, self.found, strict=True)]
 
     def restore(self, engines: Sequence[Any], shift_ns: int) -> bool:
-        """Take over a snapshot; False, and nothing changed, when it is none."""
-        tables = [np.array(e["rows"], np.float64).reshape(-1, WIDTH) for e in engines]
-        rates = [np.array(e["rates"], np.float64).reshape(3) for e in engines]
-        read = list(zip([int(e["found"]) for e in engines], tables, rates, strict=True))
-        sane = len(read) == len(self.found) and all(
-            0 <= found < N_HYPOTHESES
-            and len(rows) < len(self._past["rows"][0])
-            and np.isfinite(rows).all()
-            and np.isfinite(last).all()
-            for found, rows, last in read
-        )
+        """Take over a snapshot; False, and nothing changed, when it is none. Raises on what is no numbers."""
+        read = [(int(engine["found"]), recalled(engine, shift_ns * 1e-9)) for engine in engines]
+        sane = len(read) == len(self.found) and all(0 <= found < N_HYPOTHESES for found, _ in read)
         if sane:
             self._turn[0] = -1  # what nobody corrects is asked for at once
-            for e, (found, rows, last) in enumerate(read):
-                rows[:, T_S] += shift_ns * 1e-9
-                self.found[e], self._past["n"][e], self._past["rate_n_s"][e] = found, len(rows), last
-                self._past["rows"][e, : len(rows)] = rows
-                if len(rows):
+            for e, (found, past) in enumerate(read):
+                self.found[e], self._past[e] = found, past[0]
+                if past["n"][0]:
+                    newest = past["rows"][0, 0]
                     self.rows[e, WELL, P], self.rows[e, found, P] = 0.0, 1.0
-                    self._air[:] = max(self._air[0], rows[0, AIR_MACH]), rows[0, T_S], np.nan, rows[0, ALONG_G]
+                    self._air[:] = max(self._air[0], newest[AIR_MACH]), newest[T_S], np.nan, newest[ALONG_G]
         return sane
 
 

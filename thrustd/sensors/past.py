@@ -6,6 +6,7 @@ each other, as a part of their age. So N_ROWS rows reach from now to the engine'
 two or three times as old as the one before it.
 """
 
+from collections.abc import Mapping
 from math import exp, hypot, isfinite, nan
 from typing import Any
 
@@ -57,6 +58,30 @@ def no_past(n_engines: int) -> Any:
     past = np.zeros(n_engines, PAST)
     past["lagged_n"], past["rate_n_s"][:, :2] = nan, UNKNOWN_RATE_N_S
     past["since_s"] = LONG_AGO_S  # one that is found turning
+    return past
+
+
+def told(memory: Any) -> dict[str, Any]:
+    """All of one engine's, JSON-able: NaN is null. Whoever goes on from it has been away, and forgot nothing."""
+    numbers = {name: memory[name].tolist() for name in ("lagged_n", "rate_n_s")} | {
+        "since_s": [memory["since_s"].item()]
+    }
+    plain = {name: [x if isfinite(x) else None for x in row] for name, row in numbers.items()}
+    return {"rows": memory["rows"][: memory["n"]].tolist(), **plain}
+
+
+def recalled(said: Mapping[str, Any], shift_s: float) -> Any:
+    """(1,) of PAST, as `told`, its times moved by so much. KeyError, TypeError or ValueError when it is none."""
+    past, rows = no_past(1), np.array(said["rows"], np.float64).reshape(-1, WIDTH)
+    if len(rows) > N_ROWS or not np.isfinite(rows).all():
+        raise ValueError("no rows of a past")
+    rows[:, T_S] += shift_s
+    past["n"], past["rows"][0, : len(rows)] = len(rows), rows
+    for name in ("lagged_n", "rate_n_s"):
+        past[name][0] = np.array(said[name], np.float64).reshape(past[name].shape[1])
+    past["since_s"] = np.array(said["since_s"], np.float64).reshape(1) + shift_s
+    if not np.isfinite(past["rate_n_s"]).all():
+        raise ValueError("no rates of a past")
     return past
 
 

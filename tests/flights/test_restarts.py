@@ -1,0 +1,16 @@
+"""A warm start in the reference flight, at moments when something changes that nobody sees, excludes no sensor."""
+
+from pathlib import Path
+
+from benchmarks.restarts import restarts
+
+FLIGHT = Path(__file__).parents[2] / "replay_logs" / "throttle-steps.mcap"
+LIGHT_OFFS_S = 18.0, 23.0, 28.0, 31.0, 35.0  # left engine, then right
+
+
+def excluded(at_s: tuple[float, ...], *pauses_s: float) -> list[tuple[float, float, list[str]]]:
+    return [tuple(restart) for restart in restarts(FLIGHT, at_s, pauses_s, 8.0) if restart.excluded]
+
+
+def test_an_engine_that_starts_about_a_restart_is_not_judged_before_its_time():
+    assert excluded(LIGHT_OFFS_S, 2.0, 6.0, 9.0) == []
