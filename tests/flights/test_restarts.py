@@ -14,3 +14,8 @@ def excluded(at_s: tuple[float, ...], *pauses_s: float) -> list[tuple[float, flo
 
 def test_an_engine_that_starts_about_a_restart_is_not_judged_before_its_time():
     assert excluded(LIGHT_OFFS_S, 2.0, 6.0, 9.0) == []
+
+
+def test_a_throttle_that_was_cut_in_a_pause_may_have_been_cut_at_its_end():
+    assert excluded((106.5, 236.0, 252.5, 269.0), 9.0) == []
+    assert excluded((109.5, 239.0, 272.0), 6.0) == []

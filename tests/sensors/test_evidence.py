@@ -35,12 +35,11 @@ def said_of(thrust_n, fault, rng):
 
 
 def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=(), pause_s=(np.inf, np.inf)):
-    """What is remembered, every 0.4 s; `fault_of` the time -> (5,). After a pause another process goes on."""
+    """What is remembered, every 0.4 s; `fault_of` the time -> (5,). Nobody looks during a pause."""
     rng, past = np.random.default_rng(0), no_past(1)
     for k in range(round(seconds / 0.4)):
         t_s, row = 0.4 * k, np.zeros(WIDTH)
         if pause_s[0] <= t_s < pause_s[1]:
-            past["lagged_n"] = np.nan  # no checkpoint has it
             continue
         row[T_S], row[MACH], row[DECK_N] = t_s, 0.3, 60.0 + 0.034 * thrust_of(t_s)
         row[PER_FUEL_N], row[LOG_FLOW] = 1.5 * thrust_of(t_s), np.log(thrust_of(t_s) / 30_000.0)  # near enough

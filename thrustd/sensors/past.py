@@ -25,7 +25,7 @@ ABSURD_N = 15_000.0  # 11 kN at take-off: no thrust of this engine
 MOUNT_LEAD_FADES_S = 1.0
 LEVEL_PART = 0.2  # low pass of the level whose rate is taken
 RATE_PART = 0.3  # sensor noise is no throttle movement: the rate rises over a few rows
-PAUSE_S = 2.0  # between two rows: nobody saw how fast the thrust moved meanwhile
+SEEN_S = 1.0  # at most from row to row: what moved in a longer pause may have moved as late as that, nobody saw it
 # one row: time, thrust level, its recent rate, those of fuel flow and mounts, Mach, dynamic pressure;
 # then by source what it said and whether it counts; sigmas of the mounts and the deck; since the row before, how far
 # each mount jumped, what a thrust moves within a step, what the fuel flow moved by that no mount showed (see `jumps`),
@@ -201,10 +201,8 @@ def remember(past: Any, e: int, row: Floats, share: float) -> bool:
     if n < 2:
         return False
     level_n = median(values, n)
-    rows, dt_s = memory.rows, row[T_S] - memory.rows[0, T_S] if memory.n > 0 else 0.0
+    rows, dt_s = memory.rows, min(row[T_S] - memory.rows[0, T_S], SEEN_S) if memory.n > 0 else 0.0
     fuel_n = row[SAID + FUEL_FLOW] if row[COUNTS + FUEL_FLOW] != 0.0 else level_n
-    if dt_s > PAUSE_S:
-        memory.rate_n_s[0] = max(memory.rate_n_s[0], abs(level_n - rows[0, LEVEL_N]) / dt_s)
     row[LEVEL_N], row[RATE_N_S] = level_n, _rate_n_s(memory, thrusts_n, dt_s)
     fuelled_n = fuel_n - memory.lagged_n[N_SOURCES]
     if dt_s > 0.0 and isfinite(fuelled_n):
