@@ -1,7 +1,7 @@
 """Estimates on the bus: identifiers, rate, and failures that are counted instead of raised."""
 
 import struct
-from math import nan
+from math import inf, nan
 from pathlib import Path
 
 import numpy as np
@@ -86,13 +86,17 @@ def test_failures_are_counted_and_told_in_bunches() -> None:
         tx.write_output(estimate(step * 100_000_000, 0))
     assert {(fault.where, fault.kind) for fault in faults} == {("can_out", "not_sent")}
     assert len(faults) == 3
-    assert sum(fault.count for fault in faults) == 61  # the rest is told with the next
+    assert sum(fault.count for fault in faults) == 21  # estimates; the rest is told with the next
 
 
-def test_what_is_no_number_is_not_sent() -> None:
-    sent: list[tuple[int, bytes]] = []
-    tx = CanTx(TABLE, 42, 10.0, 50.0, lambda *message: sent.append(message), list[Fault]().append)
-    tx.write_output(estimate(0, 0, nan))
-    tx.write_output(estimate(10**9, 0, 1e300))
-    tx.write_output(estimate(2 * 10**9, 7))
-    assert [ident for ident, _ in sent] == [1852, 1854, 1852, 1854]
+@pytest.mark.parametrize("told", [
+    estimate(0, 0, nan), estimate(0, 0, inf), estimate(0, 0, 1e300), estimate(0, 0)._replace(thrust_std_n=nan),
+    estimate(0, 7),
+])  # fmt: skip
+def test_of_what_is_no_number_nothing_is_sent_and_no_status_says_that_it_is_valid(told: Estimate) -> None:
+    sent, faults = list[tuple[int, bytes]](), list[Fault]()
+    tx = CanTx(TABLE, 42, 10.0, 50.0, lambda *message: sent.append(message), faults.append)
+    tx.write_output(told)
+    assert not sent and [(fault.kind, fault.count) for fault in faults] == [("not_sent", 1)]
+    tx.write_output(estimate(10**9, 0))
+    assert [ident for ident, _ in sent] == [1850, 1852, 1854]

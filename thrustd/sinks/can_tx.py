@@ -2,7 +2,7 @@
 
 The three go together, `rate_hz` times a second by a schedule of due times: of the estimates the one that is nearest to
 its due time is sent, so the rate is kept however the steps jitter, also where it is that of the estimates. Nothing is
-sent before a thrust has been found.
+sent before a thrust has been found, and none of the three where one of them is no number: no status is valid alone.
 """
 
 from collections.abc import Callable
@@ -45,9 +45,22 @@ class CanTx:
             return
         if not self._is_due(output):
             return
-        self._say(output.t_ns, "thrust_N", output.engine, output.thrust_n)
-        self._say(output.t_ns, "thrust_std_N", output.engine, output.thrust_std_n)
-        self._say(output.t_ns, "thrust_status", output.engine, status_word(output.status))
+        try:
+            for ident, data in self._messages(output):
+                self._send(ident, data)
+        except (OSError, ValueError, OverflowError, KeyError):
+            self._untold += 1
+            if self._told_ns is None or output.t_ns - self._told_ns >= TELL_NS:
+                self._report(Fault(output.t_ns, WHERE, "not_sent", count=self._untold))
+                self._told_ns, self._untold = output.t_ns, 0
+
+    def _messages(self, estimate: Estimate) -> list[tuple[int, bytes]]:
+        """All of one estimate; ValueError, OverflowError or KeyError when one of them cannot be said."""
+        if not isfinite(estimate.thrust_n + estimate.thrust_std_n):
+            raise ValueError("no number to send")
+        said = ("thrust_N", estimate.thrust_n), ("thrust_std_N", estimate.thrust_std_n)
+        status = "thrust_status", status_word(estimate.status)
+        return [self._encoder.encode(signal, estimate.engine, value) for signal, value in (*said, status)]
 
     def _is_due(self, estimate: Estimate) -> bool:
         t_ns, due_ns = estimate.t_ns, self._due_ns.get(estimate.engine)
@@ -65,14 +78,3 @@ class CanTx:
 
     def close(self) -> None:
         """Nothing is kept back."""
-
-    def _say(self, t_ns: int, signal: str, engine: int, value: float) -> None:
-        try:
-            if not isfinite(value):
-                raise ValueError("no number to send")
-            self._send(*self._encoder.encode(signal, engine, value))
-        except (OSError, ValueError, OverflowError, KeyError):
-            self._untold += 1
-            if self._told_ns is None or t_ns - self._told_ns >= TELL_NS:
-                self._report(Fault(t_ns, WHERE, "not_sent", count=self._untold))
-                self._told_ns, self._untold = t_ns, 0
