@@ -1,6 +1,8 @@
 """A checkpoint is taken over only when it is fresh, whole and of the same files."""
 
+import os
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
@@ -8,8 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.onboard.rig import reliable_aircraft
+from thrustd.installation.installation import read_installation
+from thrustd.onboard import checkpoint
 from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, at_start, clocks, encode, judge, read_checkpoint
+from thrustd.onboard.daemon import Shell, start_pipeline
 from thrustd.sinks.latest_file import LatestFile, replace_file
+from thrustd.sources.merge import EventQueue
 
 S = 1_000_000_000
 PATH = Path("checkpoint.json")
@@ -88,6 +95,24 @@ def test_a_slow_start_makes_no_checkpoint_older():
     later_by_minutes = now._replace(monotonic_ns=now.monotonic_ns + 300 * S)
     assert judge(PATH, content, HASHES, later_by_minutes, 10).start is None
     assert judge(PATH, content, HASHES, began, 10).start is not None
+
+
+@pytest.mark.parametrize("process_s, warm", [(60, True), (0, False)])
+def test_the_daemon_counts_to_the_start_of_its_process_not_to_its_ready(tmp_path, monkeypatch, process_s, warm):
+    """Written 65 s ago: 5 s before a process that took a minute to come here, or before one that has just begun."""
+    config = reliable_aircraft(tmp_path)
+    config.write_text(config.read_text().replace("max_age_s = 60", "max_age_s = 10"))
+    place, now = read_installation(config), clocks()
+    then = now._replace(monotonic_ns=now.monotonic_ns - 65 * S, utc_ns=now.utc_ns - 65 * S)
+    service = dict.fromkeys((mount.name for mount in place.config.mount), (0.0, 0.0))
+    memory = Checkpoint(SCHEMA, then, place.hashes(), place.pipeline().snapshot(), service)
+    (tmp_path / "checkpoint.json").write_bytes(encode(memory))
+    ticks = round((time.clock_gettime(time.CLOCK_BOOTTIME) - process_s) * os.sysconf("SC_CLK_TCK"))
+    (tmp_path / "stat").write_text(f"1 (thrustd) S {'0 ' * 18}{ticks} 0")
+    monkeypatch.setattr(checkpoint, "OWN_STATUS", tmp_path / "stat")
+    with ExitStack() as opened:
+        _, start = start_pipeline(Shell(place, tmp_path, EventQueue(), opened))
+    assert (start.snapshot is not None) == warm
 
 
 def test_none_at_all_is_a_first_start(tmp_path):

@@ -11,7 +11,7 @@ from thrustd.core.types import Estimate, Fault, Reading, Status
 from thrustd.sinks.can_tx import CanTx
 from thrustd.wire.can_frames import ICD_OUTPUT_ROWS
 from thrustd.wire.can_table import CanTable, CanUnits
-from thrustd.wire.estimate_status import status_word
+from thrustd.wire.estimate_status import VALID, status_word
 
 DBC_TEXT = (Path(__file__).parents[2] / "deploy" / "canaerospace.dbc").read_text()
 TABLE = CanTable.from_dbc(DBC_TEXT, ICD_OUTPUT_ROWS, CanUnits())
@@ -73,6 +73,24 @@ def test_nothing_is_sent_before_a_thrust_is_found_and_a_clock_that_goes_back_sil
 ])  # fmt: skip
 def test_the_bits_of_the_status(status: Status, word: int) -> None:
     assert status_word(int(status)) == word
+
+
+WORD_OF = {  # by bit of the word: what sets it
+    1: ("MOUNT_LOST", "MOUNT_FAILED", "BROCHURE_LOST", "BROCHURE_FAILED", "ONE_MOUNT"),
+    2: ("DISAGREE",),
+    3: ("SENSOR_EXCLUDED", "STUCK", "MOUNTS_DISAGREE", "CHANNEL_OPEN"),
+    4: ("NOT_RECORDING",),
+    5: ("MODEL_EXTRAPOLATING", "DECK_EXTRAPOLATING"),
+    6: ("TRANSIENT",),
+    7: ("CONVERGING",),
+}
+
+
+@pytest.mark.parametrize("status", list(Status))
+def test_every_bit_of_an_estimate_sets_the_one_that_stands_for_it(status: Status) -> None:
+    mine = sum(1 << bit for bit, names in WORD_OF.items() if status.name in names)
+    assert status_word(int(status)) & ~VALID == mine
+    assert bool(status_word(int(status)) & VALID) == (status != Status.CONVERGING)
 
 
 def test_failures_are_counted_and_told_in_bunches() -> None:

@@ -4,9 +4,13 @@ import socket
 from contextlib import ExitStack, suppress
 from threading import Event as Flag
 
+import pytest
+
+from thrustd.sinks import door as doors
 from thrustd.sinks.door import Door
 
 BURST = 150  # more than the hundred that asyncio lets wait by itself
+ASKING = 100  # more than may ask at once
 
 
 async def _nothing(*_: object) -> None:
@@ -27,4 +31,25 @@ def test_a_burst_of_clients_is_connected_while_the_door_is_busy():
                     assert client.recv(1) == b""
     finally:
         ends.set()
+        door.close()
+
+
+def _is_open(client: socket.socket) -> bool:
+    client.setblocking(False)
+    try:
+        return client.recv(1) != b""
+    except BlockingIOError:
+        return True
+
+
+def test_of_those_that_never_finish_asking_the_oldest_goes_for_one_more(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(doors, "ASK_S", 600.0)  # nobody goes because of the time
+    door = Door("test", "127.0.0.1", 0, _nothing)
+    try:
+        with ExitStack() as asking:
+            where = "127.0.0.1", door.port
+            clients = [asking.enter_context(socket.create_connection(where, timeout=20.0)) for _ in range(ASKING)]
+            assert clients[0].recv(1) == b""
+            assert _is_open(clients[-1]) and _is_open(clients[ASKING // 2])
+    finally:
         door.close()
