@@ -27,6 +27,8 @@ cp -n "$here"/ph-lab.toml "$here"/citation-ii.toml "$here"/canaerospace.dbc "$ro
 cp -rn "$here"/../models "$root/etc/thrustd/"
 
 check=("$new/bin/thrustd" check "$root/etc/thrustd/deploy/ph-lab.toml") # compiles now, not at the first start
+key=$root/etc/thrustd-trust.pem # see thrustd.service
+[ ! -e "$key" ] || check+=(--trust "$key")
 if [ -z "$root" ]; then
     install -Dm644 "$here/thrustd.sysusers" /usr/lib/sysusers.d/thrustd.conf
     systemd-sysusers

@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -159,6 +160,25 @@ def test_the_same_version_is_installed_again_beside_itself_and_rolled_back(compu
     assert computer.install().returncode == 0
     assert computer.links() == ("1.2.3.3", "1.2.3.1", ["1.2.3.1", "1.2.3.3"])  # what neither flies nor flew is gone
     assert (computer.folder / "root/etc/systemd/system/thrustd.service").is_file()
+
+
+@pytest.mark.parametrize("signed", [True, False])
+def test_where_there_is_a_key_the_check_and_the_unit_ask_for_its_signature(computer, signed):
+    computer.script("thrustd", f'echo "$@" >> {computer.folder}/said')
+    key = computer.folder / "root/etc/thrustd-trust.pem"
+    key.parent.mkdir(parents=True)
+    if signed:
+        key.write_text("")
+    assert computer.install().returncode == 0
+    (command,) = [
+        line for line in (DEPLOY / "thrustd.service").read_text().splitlines() if line.startswith("ExecStart=")
+    ]
+    shell = shlex.split(command.removeprefix("ExecStart=").replace("$$", "$"))
+    moved = [re.sub("(?=/(opt|etc)/)", str(computer.folder / "root"), word) for word in shell]
+    subprocess.run(moved, check=True)
+    config = computer.folder / "root/etc/thrustd/deploy/ph-lab.toml"
+    trusts = f" --trust {key}" if signed else ""
+    assert (computer.folder / "said").read_text() == f"check {config}{trusts}\nrun {config}{trusts}\n"
 
 
 @pytest.mark.parametrize("broken", ["pip", "thrustd"])
