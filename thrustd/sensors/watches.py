@@ -97,12 +97,16 @@ class Watches:
         return any([abs(w.change(WITNESS_STEPS)) > self._by_signal[o].moves and not w.doubted for w, o in others])
 
     def forget_last_values(self) -> None:
-        """Nobody watched for a while: a change since the last value is not a jump."""
+        """Nobody watched for a while: a change since the last value is not a jump, nor is one judged that was in doubt.
+
+        As of a sensor that was dead: nobody saw who followed it.
+        """
         before = self._rows.copy()
         watch(self._rows, self._limits, np.full(len(self.sensors), np.nan), *self._size)
         for i, sensor in enumerate(self.sensors):
             if self._of[sensor].kind == "offset":
                 self._rows[i] = before[i]
+            self._of[sensor].acquit()
 
     def snapshot(self) -> list[list[float]]:
         """One row of numbers per sensor."""
