@@ -27,7 +27,7 @@ from thrustd.wire.event_batch import EventBatch
 
 CONFIG = Path(__file__).parents[1] / "deploy" / "hil.toml"
 REFERENCE = Path(__file__).parents[1] / "replay_logs" / "throttle-steps.mcap"
-MINUTES = (10, 40)
+TIMES = {10: 200, 40: 250}  # minutes of a flight: how many times real time its replay is to be
 STARTS = 5
 
 
@@ -147,7 +147,7 @@ def main() -> None:
     shown.add_row("cold start to ready", f"{wall_s:.2f} s (CPU {cpu_s:.2f} s)", "< 3 s")
     memory = []
     with tempfile.TemporaryDirectory() as folder:
-        for minutes in MINUTES:
+        for minutes, times in TIMES.items():
             path = Path(folder) / f"{minutes}.mcap"
             make_flight(path, minutes)
             _, cpu_s, peak_mb, out = timed(["replay", str(path), "-o", str(Path(folder) / "out.mcap"), "--json"])
@@ -155,10 +155,10 @@ def main() -> None:
             memory.append(peak_mb)
             shown.add_row(
                 f"replay of {minutes} min, 4 x 100 Hz LVDT, start included",
-                f"{length_s / cpu_s:.0f} x real time (CPU {cpu_s:.1f} s)", ">= 200 x",
+                f"{length_s / cpu_s:.0f} x real time (CPU {cpu_s:.1f} s)", f">= {times} x",
             )  # fmt: skip
     shown.add_row(
-        f"peak memory, {MINUTES[0]} and {MINUTES[1]} min", " / ".join(f"{mb:.0f} MB" for mb in memory), "flat"
+        f"peak memory, {' and '.join(map(str, TIMES))} min", " / ".join(f"{mb:.0f} MB" for mb in memory), "flat"
     )
     console = Console()
     console.print(shown)
