@@ -165,7 +165,9 @@ def cant(degrees: float) -> Edit:
     return _everywhere(lambda read, around: share_n * around.accel_z_g[:, None] + 0 * read)
 
 
-HOSTILE: dict[str, Edit] = {  # no setting of the project is chosen on any of these
+# drag_m2 of the aircraft's file was set to what flies here: the drag, and "all of them", which has it, prove nothing of
+# that prior. No other setting of the project is chosen on any of these
+HOSTILE: dict[str, Edit] = {
     "nacelle drag 0.04 m2": nacelle_drag(0.04),
     "zero +0.03 mm": zero(0.03),
     "zero -0.03 mm": zero(-0.03),
