@@ -216,3 +216,14 @@ def test_every_verb_has_help_with_an_example(capsys):
             main([verb, "--help"])
         assert done.value.code == 0
         assert "example" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", ["extend", "diagnose"])
+@pytest.mark.parametrize("effect", ["k * (n1_pct", "open('x')", "no_such_effect", "no column at all"])
+def test_an_effect_that_no_recording_could_mend_is_refused_before_one_is_read(broken, capsys, verb, effect):
+    record = broken / "notes.csv"
+    record.write_text("time_s,deformation_mm,force_N\n" + "".join(f"{n},{n % 7},{n % 5}\n" for n in range(500)))
+    out = ["-o", str(broken / "out.json")] if verb == "extend" else []
+    model = str(broken / "models" / "left-upper.json")
+    words = refused(capsys, verb, model, str(record), "--effect", effect, *out)
+    assert effect in words and len(words.splitlines()) == 1

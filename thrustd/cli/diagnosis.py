@@ -125,8 +125,8 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
     from thrustd.diagnose.compare.reference import rest_remarks
     from thrustd.diagnose.search.diagnose import diagnose
 
-    records = recordings_to_judge(arguments.data, arguments)
     extra = _effects(arguments)
+    records = recordings_to_judge(arguments.data, arguments)
     (spec,) = read_models([arguments.model]).values()
     _say_first(records, arguments)
     with progress(f"diagnose {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
@@ -158,10 +158,10 @@ def extend_verb(arguments: argparse.Namespace) -> int:
         return _given(arguments)
     if not arguments.data:
         raise UsageError("extend: no recording; expected at least one to estimate an effect from, or --given")
-    records = recordings_to_judge(arguments.data, arguments)
     effects = _effects(arguments)
     if not effects:
         raise UsageError("extend: --effect is missing; expected a name (see thrustd effects) or an expression")
+    records = recordings_to_judge(arguments.data, arguments)
     (spec,) = read_models([arguments.model]).values()
     _say_first(records, arguments)
     with progress(f"extend {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
@@ -263,7 +263,13 @@ def _add_effects(parser: argparse.ArgumentParser, words: str) -> None:
 
 
 def _effects(arguments: argparse.Namespace) -> list["Effect | str"]:
-    """Effects from files, names and expressions."""
+    """Effects from files, names and expressions; what no recording could mend is refused before one is read."""
     from thrustd.diagnose.extend.effect_file import load_effect_file
+    from thrustd.model.effects import effect_named
+    from thrustd.model.expression import LacksColumnError
 
-    return [*(effect for path in arguments.effect_file for effect in load_effect_file(path)), *arguments.effect]
+    loaded = [effect for path in arguments.effect_file for effect in load_effect_file(path)]
+    for effect in arguments.effect:
+        with suppress(LacksColumnError):
+            effect_named(effect)
+    return [*loaded, *arguments.effect]

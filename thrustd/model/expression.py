@@ -40,6 +40,10 @@ _PARAMETER = -1  # in a program before its parameters have values
 Program = tuple[tuple[int, float | str], ...]
 
 
+class LacksColumnError(ModelError):
+    """A formula that a recording may mend: one of its free names may be a column there."""
+
+
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     top = -1
@@ -168,7 +172,9 @@ def _effect(source: str) -> Effect:
     channels = tuple(dict.fromkeys(str(arg) for op, arg in program if op == CHANNEL))
     names = tuple(dict.fromkeys(str(arg) for op, arg in program if op == _PARAMETER))
     if not channels:
-        raise ModelError(f"expression '{source}': reads no channel, expected one, such as k * dynamic_pressure_Pa")
+        raise LacksColumnError(
+            f"expression '{source}': reads no channel, expected one, such as k * dynamic_pressure_Pa"
+        )
     amplitudes = _amplitudes(program, channels, names, source)
     return Effect(
         name=PREFIX + source,
