@@ -30,6 +30,14 @@ def test_it_is_told_again_when_it_was_over_for_long():
     assert len(told([*lasting, Fault(10 * OVER_NS, "adc", "damaged")])) == 2
 
 
+def test_the_end_of_one_that_was_told_is_told_once():
+    back = [
+        fault for n in range(5) for fault in (Fault(n, "log", "not_recorded"), Fault(n, "log", "not_recorded", False))
+    ]
+    began, over = told([Fault(0, "adc", "unplugged", False), *back])
+    assert began.startswith("log: not_recorded: ") and over == "log: not_recorded: over"
+
+
 def test_places_and_kinds_are_told_apart():
     lines = told([Fault(0, "adc", "damaged"), Fault(0, "can", "unplugged"), Fault(0, "adc", "unplugged")])
     assert [line.split(":")[0] for line in lines] == ["adc", "can", "adc"]
