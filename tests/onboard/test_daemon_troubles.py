@@ -47,6 +47,16 @@ def test_no_disk_no_ports_no_sensors_no_more_files_and_a_damaged_checkpoint(tmp_
     assert "Traceback" not in words
 
 
+def refusal(config):
+    """Exit status and words of a process that is not let in."""
+    process = start(["run", str(config)], dict(os.environ))
+    try:
+        _, words = process.communicate(timeout=PATIENCE_S)
+    finally:
+        process.kill()
+    return process.returncode, words.decode()
+
+
 def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tmp_path):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup children would ignore it, as they should
     config = reliable_aircraft(tmp_path)
@@ -57,8 +67,10 @@ def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tm
             assert len(set(policies(daemon.process.pid))) == 1  # or one that waits holds the interpreter of the others
             link = tmp_path / "other_name.toml"
             link.symlink_to(config)
-            second = start(["run", str(link)], dict(os.environ))
-            _, refused = second.communicate(timeout=PATIENCE_S)
+            refused = refusal(link)
+            copied = tmp_path / "copied.toml"
+            copied.write_bytes(config.read_bytes())
+            refused_copy = refusal(copied)
             manager.read_on()
             daemon.beats(2)
             daemon.process.send_signal(signal.SIGHUP)
@@ -66,8 +78,11 @@ def test_one_configuration_is_flown_once_and_ends_well_when_its_terminal_goes(tm
             _, errors = daemon.process.communicate(timeout=PATIENCE_S)
         finally:
             daemon.close()
-    said = f"thrustd: {link}: flown by process {daemon.process.pid} already, expected one process per configuration\n"
-    assert (second.returncode, refused.decode()) == (2, said)
+    said = (
+        f"flown by process {daemon.process.pid} already, expected one process per configuration, checkpoint and log\n"
+    )
+    assert refused == (2, f"thrustd: {link}: {said}")
+    assert refused_copy == (2, f"thrustd: {tmp_path / 'logs' / 'test'}: {said}")
     assert daemon.process.returncode == 0, errors
     [log] = (tmp_path / "logs").glob("*.mcap")
     file = LogFile(log)

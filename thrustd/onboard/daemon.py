@@ -25,6 +25,7 @@ from thrustd.core.types import Fault, Output
 from thrustd.installation.installation import CONFIG, WARM_START, Installation, WarmStart
 from thrustd.onboard.checkpoint import SCHEMA, Checkpoint, Clocks, Resume, at_start, clocks, encode, read_checkpoint
 from thrustd.onboard.heartbeat import Heartbeat, ServiceManager, status_line
+from thrustd.onboard.one_process import only_one
 from thrustd.onboard.realtime import ask_for
 from thrustd.pipeline.loop import run
 from thrustd.pipeline.pipeline import Pipeline
@@ -63,6 +64,8 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     queue, counts, service = EventQueue(), HealthCounts(), ServiceManager()
     with stop_on_signal() as stop, ExitStack() as opened:  # a second signal does not break off the end of the log
         shell = Shell(installation, base, queue, opened)
+        for path in written(shell, log_folder):
+            opened.enter_context(only_one(path))
         pipeline, start = start_pipeline(shell)
         ask_for(config.realtime, say)  # before any thread: one that waits for the processor may hold the interpreter
         can, where = config.can, f"{installation.where}: can"
@@ -184,6 +187,13 @@ def open_sinks(
             say(f"log.folder = {folder}: cannot be written: not recording until it can")
     view = open_live_view(shell, header)
     return recorder, [*sinks, *([] if view is None else [view]), shell.opened.enter_context(closing(Journal()))]
+
+
+def written(shell: Shell, log_folder: Path | None) -> list[Path]:
+    """What one process alone may write: the checkpoint, and in the folder the logs of this aircraft."""
+    config, folder = shell.installation.config, log_folder_of(shell, log_folder)
+    logs = [] if folder is None else [folder / config.aircraft.name.lower()]
+    return logs if config.warm_restart is None else [*logs, shell.base / config.warm_restart.file]
 
 
 def log_folder_of(shell: Shell, log_folder: Path | None) -> Path | None:

@@ -1,7 +1,8 @@
-"""One process per configuration: a second one would send every estimate twice and overwrite the first one's checkpoint.
+"""One process per configuration, checkpoint and log: a second one would send every estimate twice, overwrite the
+first one's checkpoint and delete its logs, also when it flies a copy of the configuration.
 
-The claim is a socket in Linux's abstract name space, called after the configuration's real path: it needs no file that
-could be left behind, survives an editor that replaces the configuration, and is gone the moment its process is.
+The claim is a socket in Linux's abstract name space, called after the real path: it needs no file that could be left
+behind, survives an editor that replaces the configuration, and is gone the moment its process is.
 """
 
 import hashlib
@@ -18,15 +19,15 @@ ASKED = 4096  # questions that are heard: none is ever accepted, and each keeps 
 
 
 @contextmanager
-def only_one(config: Path) -> Iterator[None]:
-    """Hold the claim on a configuration; UsageError with the process that has it already."""
-    name = "\0thrustd-" + hashlib.sha256(str(config.resolve()).encode()).hexdigest()
+def only_one(path: Path) -> Iterator[None]:
+    """Hold the claim on a path; UsageError with the process that has it already."""
+    name = "\0thrustd-" + hashlib.sha256(str(path.resolve()).encode()).hexdigest()
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as claim:
         try:
             claim.bind(name)
         except OSError:
             raise UsageError(
-                f"{config}: flown by {_owner(name)} already, expected one process per configuration"
+                f"{path}: flown by {_owner(name)} already, expected one process per configuration, checkpoint and log"
             ) from None
         claim.listen(ASKED)  # so that a second process can ask who we are
         yield
