@@ -148,6 +148,15 @@ def npz(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.parametrize("name", ["force_N.npy", "force_N"])
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_an_archive_with_two_arrays_of_one_name_is_refused(npz: Path, name: str) -> None:
+    with zipfile.ZipFile(npz, "a") as archive:
+        archive.writestr(name, archive.read("force_N.npy"))
+    with pytest.raises(RecordingError, match="'force_N' is in it more than once"):
+        read_recording(npz)
+
+
 def test_damaged_members_of_an_archive_are_refused(npz: Path) -> None:
     content = npz.read_bytes()
     rng, heard = np.random.default_rng(0), 0

@@ -3,6 +3,7 @@
 import json
 import math
 import zipfile
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,9 @@ def read_npz(path: Path) -> Loaded:
 def _arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
+            members = {_name(member): member for member in archive.infolist()}
+            if twice := [name for name, n in Counter(map(_name, archive.infolist())).items() if n > 1]:
+                raise RecordingError(f"{path.name}: '{twice[0]}' is in it more than once, expected one array of a name")
             check_columns(len(members), path.name)
             check_expanded(path.stat().st_size, sum(member.file_size for member in members.values()), path.name)
             return {name: _array(archive, member) for name, member in members.items()}
@@ -38,6 +41,10 @@ def _arrays(path: Path) -> dict[str, npt.NDArray[Any]]:
     except Exception as error:  # damage shows as zlib.error, KeyError, NotImplementedError, MemoryError ...
         said = " ".join(str(error).split())[:160] or type(error).__name__
         raise RecordingError(f"{path.name}: not a readable npz archive: {said}") from error
+
+
+def _name(member: zipfile.ZipInfo) -> str:
+    return member.filename.removesuffix(".npy")
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> npt.NDArray[Any]:
