@@ -2,13 +2,14 @@
 
 pip install cyclonedx-python-lib && python deploy/build_sbom.py        the same input gives the same file
 
-Licences are those that the packages installed here state: an SPDX expression, else their classifiers or first words.
+Licences are those that the packages installed here state: an SPDX expression, else their classifiers or first words;
+which BSD licence it is, their own text says.
 """
 
 import json
 import re
 import tomllib
-from importlib.metadata import metadata
+from importlib.metadata import distribution, metadata
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,11 @@ from packageurl import PackageURL
 
 HERE = Path(__file__).parent
 LINE = re.compile(r"(\S+)==(\S+)((?: --hash=sha256:[0-9a-f]{64})+)")
+OWN_TEXT = 2500  # characters: the licences of what a package carries along come behind its own
 CLASSIFIER = "License :: OSI Approved :: "
-SPDX = {  # only what is unambiguous: "BSD License" may be either, and stays as it is
+EITHER_BSD = "BSD", "BSD License"
+IN_SOURCE = {"pyserial": "BSD-3-Clause"}  # SPDX-License-Identifier of every file of it; its wheel brings no text
+SPDX = {  # only what is unambiguous
     "MIT License": "MIT",
     "Apache License, Version 2.0": "Apache-2.0",
     "Apache 2.0": "Apache-2.0",
@@ -44,7 +48,18 @@ def licence_of(name: str) -> str:
     words = about.get("License-Expression") or (about.get("License") or "").strip()
     if not words or len(words) > 60:  # some give the whole text
         words = " OR ".join(SPDX.get(line, line) for line in stated) or words.partition("\n")[0]
-    return SPDX.get(words, words)
+    return _which_bsd(name) if words in EITHER_BSD else SPDX.get(words, words)
+
+
+def _which_bsd(name: str) -> str:
+    """Of two clauses or three: the third keeps the authors' names out of advertising."""
+    if name in IN_SOURCE:
+        return IN_SOURCE[name]
+    files = [file for file in distribution(name).files or () if file.name.upper().startswith(("LICEN", "COPYING"))]
+    own = min(files, key=lambda file: len(file.parts)).read_text(encoding="utf-8")[:OWN_TEXT]
+    if "Redistribution" not in own:
+        raise SystemExit(f"{name}: no BSD licence in {files}")
+    return "BSD-3-Clause" if "endorse or" in " ".join(own.split()) else "BSD-2-Clause"
 
 
 def main() -> None:

@@ -73,6 +73,8 @@ def test_the_bill_of_materials_is_what_is_pinned():
 def test_every_package_of_the_bill_has_a_licence():
     bill = json.loads((DEPLOY / "sbom.cdx.json").read_text())
     assert [part["name"] for part in bill["components"] if not part.get("licenses")] == []
+    told = {part["name"]: part["licenses"][0].get("license", {}).get("name", "") for part in bill["components"]}
+    assert [name for name, words in told.items() if "BSD" in words] == []  # which one: SPDX has a name for each
 
 
 def test_packages_with_compiled_code_are_pinned_for_more_than_one_kind_of_machine():
