@@ -3,8 +3,8 @@
 Each flight has a twin aircraft of its own: engines, mounts, sensor noise. Three in six are whole recordings behind an
 engine start; then one that begins in mid-air, one in an installation with the errors that no bench shows, and one from
 the script, which flies where the deck was not fitted. Every report but a calibrated zero is a false exclusion. Flights
-are kept in out/healthy_hours.jsonl and not flown again: it goes on where it stopped, until the hours that are asked for
-are there.
+are kept in out/healthy_hours.jsonl by the version of the program and not flown again: it goes on where it stopped,
+until the hours that are asked for are there.
 """
 
 import argparse
@@ -19,6 +19,7 @@ import numpy as np
 from benchmarks.fusion_flights import FLIGHTS, fly_profile, installation, part
 from benchmarks.integrity_flight import GROUND_S
 from benchmarks.kept import Kept
+from benchmarks.made_with import way_of
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Status
 from thrustd.installation.installation import Installation
@@ -111,7 +112,9 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=HOURS)
     parser.add_argument("--minutes", type=float, default=1e9, help="begins no flight after that long")
     parser.add_argument("--first", type=int, default=0, help="number of the first flight, to fly others than before")
-    parser.add_argument("--key", default="")
+    parser.add_argument(
+        "--key", default=way_of()["code"], help="name under which flights are kept (default: the version)"
+    )
     arguments = parser.parse_args()
     began, place, rows = time.monotonic(), installation(), kept(arguments.key)
     gc.freeze()  # models and libraries stay: no collection walks them, as in a replay

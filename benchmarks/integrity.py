@@ -1,20 +1,19 @@
 """Is it ever confidently wrong? `python -m benchmarks.integrity [--short] [--only "both step"]`, `make integrity`.
 
 Twin aircraft fly recordings behind an engine start. At every moment of a flight each fault that begins there is
-written into what the sensors sent, and a copy of the flying pipeline goes on with it. Per case and engine, from the
-fault on, at 10 Hz:
+written into what the sensors sent, and a copy of the flying pipeline goes on with it. A row for each fault; of each
+case and engine, from the fault on, at 10 Hz:
 
-    bias       mean of estimate minus truth, worst aircraft and engine, N
-    silent     share of estimates more than three of their sigmas off while no fault bit says so
-    longest    longest such stretch, s
-    in band    share of estimates whose 95 % band holds the truth
+    true, said mean thrust and mean estimate, N, where it was worst: longest silent, then furthest off
+    silent     longest stretch of estimates more than three of their sigmas off while no fault bit says so, s
+    in band    least share of estimates whose 95 % band holds the truth, or that are told
     named      when a report names who is at fault, the last of the aircraft, s
     told       when the status of the engine first says so
     pause      longest time between two estimates of one engine, s
     after      largest error in the last AFTER_S, in sigmas; `!` where a wire is whole again and its bit still shows
 
-A case fails when it is silent for longer than SILENT_S. With `--key NAME` rows are kept in out/integrity.jsonl under
-that name, and those that are there are not flown again.
+A case fails when it is silent for longer than SILENT_S. Cases are kept in out/integrity.jsonl by the version of the
+program, or as `--key NAME`, and those that are there are not flown again.
 """
 
 import argparse
@@ -37,6 +36,7 @@ from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY, Case
 from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
 from benchmarks.integrity_wires import WIRES
 from benchmarks.kept import Kept
+from benchmarks.made_with import way_of
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Estimate, Fault, Status
 from thrustd.installation.installation import Installation
@@ -47,6 +47,7 @@ FLOWN = ((0, 11), (1, 612), (2, 713))  # recording and twin aircraft
 SECONDS = 1500.0  # of a recording
 SILENT_S, SIGMAS = 5.0, 3.0
 AFTER_S = 3.0
+WIDTH = 150  # characters of the page
 TOLD = int(
     Status.MOUNT_LOST | Status.MOUNT_FAILED | Status.BROCHURE_LOST | Status.BROCHURE_FAILED | Status.MOUNTS_DISAGREE
     | Status.SENSOR_EXCLUDED | Status.DISAGREE | Status.STUCK | Status.CHANNEL_OPEN | Status.WIRE_FAULT
@@ -60,6 +61,7 @@ class Row(NamedTuple):
     aircraft: str
     fault: str
     moment: str
+    true_n: float  # mean
     bias_n: float
     rms_n: float
     silent_pct: float
@@ -92,7 +94,7 @@ def judge(flown: Flight, case: Case, begin_ns: int, estimates: Sequence[list[Est
         told = told != 0
         silent = (np.abs(error_n) > SIGMAS * std_n) & ~told
         figures.append((
-            float(error_n.mean()), rms(error_n), 100.0 * float(silent.mean()),
+            float(error_n.mean()), float((thrust_n - error_n).mean()), rms(error_n), 100.0 * float(silent.mean()),
             longest_s(silent, time_s), 100.0 * float(np.mean((np.abs(error_n) <= SIGMAS_95 * std_n) | told)),
             float(std_n.mean()), float(np.diff(time_s, prepend=begin_ns * 1e-9).max()),
             float(np.max((np.abs(error_n) / std_n)[time_s > time_s[-1] - AFTER_S])),
@@ -102,9 +104,10 @@ def judge(flown: Flight, case: Case, begin_ns: int, estimates: Sequence[list[Est
         over = over and not (case.bits and shown[-1])
     reports = [fault for fault in faults if fault.active and fault.kind != "zero"]
     theirs = [fault for fault in reports if fault.where in case.who or fault.kind in case.kinds]
-    bias, size, silent_pct, longest, in_band, std, pause_s, after = zip(*figures, strict=True)
+    bias_n, true_n = max(((figure[0], figure[1]) for figure in figures), key=lambda each: abs(each[0]))
+    _, _, size, silent_pct, longest, in_band, std, pause_s, after = zip(*figures, strict=True)
     return Row(
-        flown.name, case.fault, case.moment, max(bias, key=abs), max(size), max(silent_pct), max(longest), min(in_band),
+        flown.name, case.fault, case.moment, true_n, bias_n, max(size), max(silent_pct), max(longest), min(in_band),
         max(std), (theirs[0].t_ns - begin_ns) * 1e-9 if theirs else None, None if told_s == inf else told_s,
         f"{reports[0].where} {reports[0].kind}" if reports else "",
         sorted({f"{f.where} {f.kind}" for f in reports if f not in theirs}), max(pause_s), max(after), over,
@@ -162,30 +165,30 @@ def campaign(place: Installation, flown: Flight, cases: Iterable[Case], jobs: in
 
 
 def table(rows: list[Row]) -> Table:
-    figures = "bias N", "sigma N", "silent %", "longest s", "in band %", "named s", "told s", "pause s", "after"
-    grid = Table("fault", "moment", *figures, "first report")
-    by_case: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    """A row for each fault; figures of the worst of its flights, and which one that was."""
+    figures = "true N", "said N", "sigma N", "silent s", "in band %", "named s", "told s", "pause s", "after"
+    grid = Table("fault", "flown", "worst", *figures, box=None, padding=(0, 1, 0, 0))
+    by_fault: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
-        by_case[row.fault, row.moment].append(row)
-    for (fault, moment), mine in by_case.items():
+        by_fault[row.fault].append(row)
+    for fault, mine in by_fault.items():
         worst = max(mine, key=lambda row: (row.longest_s, abs(row.bias_n)))
-        named = [row.named_s for row in mine]
-        told = [row.told_s for row in mine]
-        bad = max(row.longest_s for row in mine) > SILENT_S
+        bad = worst.longest_s > SILENT_S
         grid.add_row(
-            f"[red]{fault} ![/red]" if bad else fault, moment, f"{max((r.bias_n for r in mine), key=abs):.0f}",
-            f"{worst.std_n:.0f}", f"{max(r.silent_pct for r in mine):.1f}", f"{max(r.longest_s for r in mine):.0f}",
-            f"{min(r.in_band_pct for r in mine):.1f}", _last(named), _last(told),
-            f"{max(r.pause_s for r in mine):.2f}",
-            f"{max(r.after_sigmas for r in mine):.1f}{'' if all(r.over for r in mine) else ' !'}", worst.first,
+            f"[red]{fault} ![/red]" if bad else fault, f"{len(mine)}", worst.moment, f"{worst.true_n:.0f}",
+            f"{worst.true_n + worst.bias_n:.0f}", f"{worst.std_n:.0f}", f"{worst.longest_s:.1f}",
+            f"{min(r.in_band_pct for r in mine):.1f}", _last([row.named_s for row in mine]),
+            _last([row.told_s for row in mine]), f"{max(r.pause_s for r in mine):.2f}",
+            f"{max(r.after_sigmas for r in mine):.1f}{'' if all(r.over for r in mine) else ' !'}",
         )  # fmt: skip
     return grid
 
 
 def kept(key: str, cases: tuple[Case, ...]) -> list[Row]:
-    """What was flown of these cases under this name."""
+    """What was flown of these cases under this name; one of before is not what a row is now."""
     wanted = {(case.fault, case.moment) for case in cases}
-    rows = [Row(**{name: row[name] for name in Row._fields}) for row in Kept(RESULTS, key).rows()] if key else []
+    found = [row for row in Kept(RESULTS, key).rows() if {*Row._fields} <= {*row}]
+    rows = [Row(**{name: row[name] for name in Row._fields}) for row in found]
     return [row for row in rows if (row.fault, row.moment) in wanted]
 
 
@@ -203,9 +206,11 @@ def main() -> int:
     parser.add_argument("--aircraft", default="0,1,2", help="which of the three")
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--key", default="", help="rows are kept under this name")
+    parser.add_argument(
+        "--key", default=way_of()["code"], help="name under which cases are kept (default: the version)"
+    )
     arguments = parser.parse_args()
-    console = Console(width=170)
+    console = Console(width=WIDTH)
     every = WIRES if arguments.wires else (HEALTHY, *CASES, *WIRES, *AIRCRAFT)
     named = [case for case in every if arguments.only in f"{case.fault}, {case.moment}"]
     wanted = tuple(case for case in named if case.short or not arguments.short)
@@ -214,8 +219,7 @@ def main() -> int:
     def said(row: Row) -> None:
         rows.append(row)
         print(f"{len(rows)}: {row.aircraft} {row.fault}, {row.moment}: {row.longest_s:.0f} s", file=sys.stderr)
-        if arguments.key:
-            Kept(RESULTS, arguments.key).add(row._asdict())
+        Kept(RESULTS, arguments.key).add(row._asdict())
 
     began = time.monotonic()
     place, known = installation(), {(Path(row.aircraft).stem, row.fault, row.moment) for row in rows}

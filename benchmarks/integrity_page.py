@@ -1,4 +1,4 @@
-"""The campaign as rows of docs/evidence.md: `python -m benchmarks.integrity_page KEY`, of what was kept under it.
+"""The campaign as rows of docs/evidence.md: `python -m benchmarks.integrity_page [KEY ...]`, of what was kept there.
 
 A row for each kind of fault, the worst of its flights; wires are in the matrix of docs/reliability.md.
 """
@@ -7,6 +7,7 @@ import sys
 
 from benchmarks.integrity import Row, kept
 from benchmarks.integrity_cases import AIRCRAFT, CASES, HEALTHY
+from benchmarks.made_with import way_of
 
 ROLL = "take-off roll"
 HEAD = (
@@ -16,7 +17,7 @@ HEAD = (
 
 
 def main() -> None:
-    rows = [row for key in sys.argv[1:] for row in kept(key, (HEALTHY, *CASES, *AIRCRAFT))]
+    rows = [row for key in sys.argv[1:] or [way_of()["code"]] for row in kept(key, (HEALTHY, *CASES, *AIRCRAFT))]
     by_fault: dict[str, list[Row]] = {case.fault: [] for case in (HEALTHY, *CASES, *AIRCRAFT)}
     for row in rows:
         by_fault[row.fault].append(row)
