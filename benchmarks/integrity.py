@@ -206,9 +206,7 @@ def main() -> int:
     parser.add_argument("--aircraft", default="0,1,2", help="which of the three")
     parser.add_argument("--seconds", type=float, default=SECONDS)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument(
-        "--key", default=way_of()["code"], help="name under which cases are kept (default: the version)"
-    )
+    parser.add_argument("--key", default=way_of()["code"], help="cases are kept under it (default: the version)")
     arguments = parser.parse_args()
     console = Console(width=WIDTH)
     every = WIRES if arguments.wires else (HEALTHY, *CASES, *WIRES, *AIRCRAFT)

@@ -63,9 +63,7 @@ def fly(installation: Installation, base: Path, log_folder: Path | None = None) 
     config = installation.config
     queue, counts, service = EventQueue(), HealthCounts(), ServiceManager()
     with stop_on_signal() as stop, ExitStack() as opened:  # a second signal does not break off the end of the log
-        shell = Shell(installation, base, queue, opened)
-        for path in written(shell, log_folder):
-            opened.enter_context(only_one(path))
+        shell = claim(Shell(installation, base, queue, opened), log_folder)
         pipeline, start = start_pipeline(shell)
         ask_for(config.realtime, say)  # before any thread: one that waits for the processor may hold the interpreter
         can, where = config.can, f"{installation.where}: can"
@@ -189,11 +187,14 @@ def open_sinks(
     return recorder, [*sinks, *([] if view is None else [view]), shell.opened.enter_context(closing(Journal()))]
 
 
-def written(shell: Shell, log_folder: Path | None) -> list[Path]:
-    """What one process alone may write: the checkpoint, and in the folder the logs of this aircraft."""
+def claim(shell: Shell, log_folder: Path | None) -> Shell:
+    """Hold what one process alone may write: the checkpoint, and in the folder the logs of this aircraft."""
     config, folder = shell.installation.config, log_folder_of(shell, log_folder)
     logs = [] if folder is None else [folder / config.aircraft.name.lower()]
-    return logs if config.warm_restart is None else [*logs, shell.base / config.warm_restart.file]
+    checkpoints = [] if config.warm_restart is None else [shell.base / config.warm_restart.file]
+    for path in (*logs, *checkpoints):
+        shell.opened.enter_context(only_one(path))
+    return shell
 
 
 def log_folder_of(shell: Shell, log_folder: Path | None) -> Path | None:
