@@ -35,7 +35,7 @@ from thrustd.records.files import read_recording
 from thrustd.records.recording import Recording, make_recording
 from thrustd.twin.aircraft import as_flown
 from thrustd.twin.airframe import MOUNTS, carried_n, draw_airframe, mount_temperature_degc, settled
-from thrustd.twin.flight import ACCEL_SIGNALS, NOISE, body_rates_deg_s
+from thrustd.twin.flight import ACCEL_SIGNALS, NOISE, body_rates_deg_s, vibration_mm_s
 from thrustd.twin.installation import PLAIN, Knobs, felt_g, seen_mm
 from thrustd.twin.mount import advance
 from thrustd.twin.sensors import lvdt_reading
@@ -90,6 +90,8 @@ def flown(file: str, seed: int, knobs: Knobs, alone: str = "") -> Recording:
             rng,
         )
         columns[f"temperature_degC_{name}"] = warm_degc
+        shaken = vibration_mm_s(profile, side)
+        columns[f"vibration_mm_s_{name}"] = shaken + NOISE["vibration_mm_s"] * rng.standard_normal(len(shaken))
         share = airframe.upper_share[number // 2] + knobs.share
         columns[f"truth_N_{name}"] = thrust_n[number // 2] * (share if number % 2 == 0 else 1.0 - share)
     return make_recording(profile.name, {"time_s": profile.time_s, **columns}).resample(HZ)

@@ -38,7 +38,7 @@ import numpy as np
 
 from thrustd.commission.tether_run import NAMES, Run, columns, curve_errors_n, places, read_run
 from thrustd.commission.tether_told import ENGINE_STD, Solved, TetherFit, told_by
-from thrustd.core.calibration import HELD_STD_MM
+from thrustd.core.calibration import BOW_STD_MM, HELD_STD_MM
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
 from thrustd.core.errors import RecordingError, UsageError
@@ -49,7 +49,7 @@ from thrustd.mounts.step import IN_SHEAR_STD
 from thrustd.records.recording import Recording
 
 CELL_ZERO_N, MOST_CELL_STD = 50.0, 0.05
-EXPANSION_STD_MM_K, BOW_STD_MM, STRAIGHT_MM = 5e-4, 0.01, 1e-6
+EXPANSION_STD_MM_K, STRAIGHT_MM = 5e-4, 1e-6
 SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
 LAG_STEP_S = 0.1
 LAGS_S = np.arange(-3.0, 3.01, LAG_STEP_S)  # the cell's clock against the log's

@@ -10,7 +10,7 @@ from math import hypot
 import msgspec
 import numpy as np
 
-from thrustd.core.calibration import Calibration
+from thrustd.core.calibration import Calibration, bowed
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.config import Mount, section
 from thrustd.core.errors import RecordingError
@@ -121,7 +121,6 @@ def read_run(flight: Recording, installation: Installation) -> Run:
     curved = {owner for name, owner in zip(names, owners, strict=True) if known.of(name).read_mm}
     speeds = np.column_stack([flight[f"n1_pct_{engines[owner]}"] for owner in owners])
     runs, stopped, counts = _used(speeds, force_n, settings.engine_off_n1_pct, flight.sample_hz)
-    u = shown_mm / ranges
     rubbed = [friction_n(model.spec, mm, flight.sample_hz) for model, mm in zip(models, shown_mm.T, strict=True)]
     beyond = [
         beyond_n(installation, mount, mm, flight.sample_hz) for mount, mm in zip(config.mount, shown_mm.T, strict=True)
@@ -131,7 +130,7 @@ def read_run(flight: Recording, installation: Installation) -> Run:
         runs=runs, stopped=stopped, counts=counts,
         model_std_n=[hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models],
         curve_std_n=[float(np.median(cells(model.spec.error)[2][:, 0])) for model in models],
-        warmer_k=np.nan_to_num(warm - first), bowed=4.0 * u * (1.0 - u), 
+        warmer_k=np.nan_to_num(warm - first), bowed=bowed(shown_mm / ranges),
         friction_n=np.column_stack(rubbed), beyond_n=np.column_stack(beyond),
         begins_mm=[model.spec.valid.deformation_mm[0] for model in models], reference_degc=first, range_mm=ranges,
         straight=[e in curved for e in range(len(engines))], rate_hz=flight.sample_hz,

@@ -176,9 +176,16 @@ def test_a_drag_that_another_flight_contradicts_is_not_added(deck: Deck, spec: M
 
 
 def test_sizes_are_as_sure_as_flights_agree(deck: Deck, spec: ModelSpec) -> None:
-    flights = [a_flight(deck, seed, drag_m2=m2, name=f"flight {seed}") for seed, m2 in ((1, 0.06), (2, 0.02))]
-    (number,) = extend(spec, flights, ["nacelle_drag"], given=given(deck)).parameters
-    assert 0.02 < number.value < 0.06 and number.half_width > 0.02
+    same, apart = (
+        extend(
+            spec,
+            [a_flight(deck, seed, drag_m2=m2, name=f"flight {seed}") for seed, m2 in enumerate(sizes, 1)],
+            ["nacelle_drag"],
+            given=given(deck),
+        ).parameters[0]
+        for sizes in ((0.04, 0.04), (0.05, 0.03))
+    )
+    assert 0.03 < apart.value < 0.05 and apart.half_width > max(0.01, 2.0 * same.half_width)
 
 
 def test_none_says_what_may_hide(deck: Deck, spec: ModelSpec) -> None:

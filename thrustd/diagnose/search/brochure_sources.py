@@ -1,17 +1,20 @@
 """What mount and brochure say of the same thrust, in rows, and how far each may be wrong: no load cell flies.
 
-    mount       share T + e_0 = model(deformation; effects) + z dF/dx + p      z: the transducer's zero, p: its past
+    mount       share T + e_0 = model(deformation; effects) + (z + g d + 4 b r (1 - r)) dF/dd + p
     other       the same of the engine's other mount, where the log and its model are there
     brochure    T + e_i       = G_i - s F - l dF/dt - dF/d ln w sum c_jk x^j u^k      i: fuel flow, N1, N2
     x = F / (delta_t largest),   u = M / sqrt(1 + 0.2 M^2) / largest
 
-T of every row may be anything. e is one Gaussian over all rows of a stretch, with the covariance that weighs sensors in
-flight (`sensors.errors`): an engine against its deck, the deck's shape, lines of N1 and N2, lags of a thrust that
-moves. It forgets. What a deck is wrong by on every flight alike are s, l and c, with priors: an engine is 3 % off its
-deck and half a second late, and it burns another fuel flow w for its thrust, one that depends on thrust and speed. By
-how much recorded flights tell, each left out of the fit in turn: 4.8 % between fuel flow and spools (APPETITE), and
-nobody knows which of the two the thrust follows. All c are alike and together as large; j + k <= 2. So a deck is much
-better known at idle, where dF/d ln w is small, than at cruise, while a nacelle drags alike: fast flight at idle tells.
+z, g and b are zero, scale and bow of one transducer, r its reading d over its range. A tethered run does not tell g and
+b from those of the engine's other mount. Both bend a force over its load, and an effect of one mount that the load
+brings along (vibration) fits a bend as well. T of every row may be anything. e is one Gaussian over all rows of a
+stretch, with the covariance that weighs sensors in flight (`sensors.errors`): an engine against its deck, the deck's
+shape, lines of N1 and N2, lags of a thrust that moves. It forgets. What a deck is wrong by on every flight alike are s,
+l and c, with priors: an engine is 3 % off its deck and half a second late, and it burns another fuel flow w for its
+thrust, one that depends on thrust and speed. By how much recorded flights tell, each left out of the fit in turn: 4.8 %
+between fuel flow and spools (APPETITE), and nobody knows which of the two the thrust follows. All c are alike and
+together as large; j + k <= 2. So a deck is much better known at idle, where dF/d ln w is small, than at cruise, while a
+nacelle drags alike: fast flight at idle tells.
 What the rubber remembers when a stretch begins, p, is unknown: a log may begin in mid-flight (`identify.first_state`).
 """
 
@@ -24,6 +27,7 @@ from scipy.linalg import block_diag, solve_triangular
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import stagnation, total_pressure_ratio
+from thrustd.core.calibration import bowed
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.reference import deck_says
 from thrustd.diagnose.search.aboard import Aboard
@@ -135,18 +139,22 @@ def sources_of(mounts: Sequence[Aboard], deck: Deck) -> list[Sources]:
 
 
 def _of_mount(mount: Aboard, widths: Sequence[int]) -> Floats:
-    """Columns of one mount over the rows of all stretches: its zero, and its past in each."""
+    """Columns of one mount over the rows of all stretches: its transducer's zero, scale and bow, its past in each."""
+    range_mm = mount.spec.valid.deformation_mm[1]
+    stds_mm = np.array([ZERO_MM, *mount.place.calibration.line_stds(range_mm)])
 
     def run(segment: Segment) -> Floats:
         return mount.run(mount.spec, segment)
 
-    zero, past = [], []
+    line, past = [], []
     for segment, width in zip(mount.segments, widths, strict=True):
-        nudged = {**segment.inputs, DEFORMATION: segment.inputs[DEFORMATION] + NUDGE_MM}
+        mm = segment.inputs[DEFORMATION]
+        nudged = {**segment.inputs, DEFORMATION: mm + NUDGE_MM}
         slope = (run(replace(segment, inputs=nudged)) - run(segment)) / NUDGE_MM
-        zero.append(ZERO_MM * means(slope, width))
+        shapes = np.column_stack((np.ones(len(mm)), mm, bowed(mm / range_mm)))
+        line.append(_means_of(slope[:, None] * shapes * stds_mm, width))
         past.append(_means_of(of_the_past(run, segment), width))
-    return np.column_stack((np.concatenate(zero), block_diag(*past)))
+    return np.column_stack((np.concatenate(line), block_diag(*past)))
 
 
 def _means_of(columns: Floats, width: int) -> Floats:

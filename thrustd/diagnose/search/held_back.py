@@ -2,20 +2,21 @@
 
     ln p(part | rest; set) - ln p(part | rest; without) = gain(all) - gain(rest),   gain: ln of how much likelier
 
-A part is another recording where several are given, else a fifth of the flight. A set that makes the parts no
-likelier than the model without it is not there: it fits what happened once. Nor is an effect whose size recordings
-disagree about so much that it may be nothing. How many N are left of the parts is said; a deck is wrong for minutes by
-more than most effects, so it proves little.
+A part is another recording where several are given, else a fifth of the flight. A set that makes the parts no likelier
+than the model without it is not there: it fits what happened once. Nor is one that leaves as many N of the parts as
+there were, in the mounts that it is in; fewer alone prove little, for a deck is wrong for minutes by more than most
+effects. Nor is an effect whose size recordings disagree about so much that it may be nothing.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import SIGMAS_95, rms
-from thrustd.diagnose.search.weigh import Flown, Weighed, weigh
-from thrustd.sensors.past import FUEL_FLOW, UPPER
+from thrustd.diagnose.search.weigh import Flown, Runs, Weighed, weigh
+from thrustd.sensors.past import FUEL_FLOW
 
 PARTS = 5  # of one recording
 
@@ -25,21 +26,30 @@ class HeldBack:
     """Of a set against a smaller one: both estimated without each part, and judged on it."""
 
     likelier: float  # ln, all parts together
-    before_n: float
+    before_n: float  # of the mount that is judged
     after_n: float
+    fell: bool  # the error of those mounts that the last effect is in
 
 
 def held_back(seen: Flown, larger: Weighed, smaller: Weighed) -> HeldBack:
     """`larger` and `smaller` have been weighed on everything."""
     gain, foretold = larger.likelier(smaller), 0.0
-    left: tuple[list[Floats], list[Floats]] = [], []
+    left: tuple[list[Runs], list[Runs]] = [], []
     for part in _parts(seen):
         rest, held = seen.without(part), seen.without([~flags for flags in part])
         before, after = weigh(rest, smaller.placed), weigh(rest, larger.placed, begin=larger.numbers)
         foretold += gain - after.likelier(before)
-        left[0].append(_rest_n(held, before))
-        left[1].append(_rest_n(held, after))
-    return HeldBack(foretold, rms(np.concatenate(left[0])), rms(np.concatenate(left[1])))
+        for one, rests_n in zip((before, after), left, strict=True):
+            rests_n.append(_rests_n(held, one))
+    before_n, after_n = (_by_mount(parts) for parts in left)
+    shows = [one is not None for one in (larger.placed[-1].in_mount(mount, seen.mounts[0]) for mount in seen.mounts)]
+    fell = rms(after_n[shows]) < rms(before_n[shows])
+    return HeldBack(foretold, float(before_n[0]), float(after_n[0]), fell)
+
+
+def _by_mount(parts: Sequence[Runs]) -> Floats:
+    """Rms of all parts together (mounts,)."""
+    return np.array([rms(np.concatenate(of_one)) for of_one in zip(*parts, strict=True)])
 
 
 def as_recordings_scatter(seen: Flown, one: Weighed) -> Weighed:
@@ -73,12 +83,14 @@ def _parts(seen: Flown) -> list[list[Flags]]:
 
 def left_n(seen: Flown, one: Weighed) -> float:
     """Rms of what the mount says less its share of the fuel flow's thrust, both with their unknowns at their place."""
-    return rms(_rest_n(seen, one))
+    return rms(_rests_n(seen, one)[0])
 
 
-def _rest_n(seen: Flown, one: Weighed) -> Floats:
-    found = []
+def _rests_n(seen: Flown, one: Weighed) -> Runs:
+    """The same row by row, of every mount."""
+    found: list[list[Floats]] = [[] for _ in seen.mounts]
     for source, run in zip(seen.sources, one.runs, strict=True):
         own = source.said + source.unknowns @ one.unknowns + source.of_mounts(run)
-        found.append((own[:, UPPER] - source.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
-    return np.concatenate(found)
+        for slot, (mount, rests_n) in enumerate(zip(seen.mounts, found, strict=True)):
+            rests_n.append((own[:, slot] - mount.place.share * own[:, FUEL_FLOW])[source.counts[:, FUEL_FLOW]])
+    return tuple(np.concatenate(rests_n) for rests_n in found)

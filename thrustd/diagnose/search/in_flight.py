@@ -1,9 +1,10 @@
 """Which set of effects a flight shows, each weighed by evidence against what its brochure may be wrong by.
 
 Sets grow one effect at a time while the next one makes the readings clearly likelier: by SURE for every law that was
-looked at, as much as it takes to be so much surer than before anything was known. What is held back has to bear it
-out. A set that is not SURE times likelier than another one of as many effects is not told from it. An effect may be in
-the mount that is judged, in the engine's other one, or in both (`aboard`).
+looked at, as much as it takes to be so much surer than before anything was known. What is held back has to bear it out.
+Of sets not told apart the one with fewer numbers grows. A set that is not SURE times likelier than another one of as
+many effects is not told from it. An effect may be in the mount that is judged, in the engine's other one, or in both
+(`aboard`).
 """
 
 from collections.abc import Sequence
@@ -90,16 +91,27 @@ def searched(given: Flown, terms: Sequence[Term], progress: Progress | None = No
         sets += grown
         if size == 0:
             alone = looked
-        larger = max(grown, key=lambda one: one.likelier(best), default=best)
+        larger = _simplest(grown, best)
         if larger is best or larger.likelier(best) < log(certain):
             break
         judged = held_back(given, larger, best)
-        if judged.likelier <= 0.0 or not told(as_recordings_scatter(given, larger)):
-            not_foretold = larger.words
+        if judged.likelier <= 0.0 or not judged.fell or not told(as_recordings_scatter(given, larger)):
+            not_foretold = larger.words or larger.elsewhere
             break
         held = judged if best is nothing else held_back(given, larger, nothing)
         best = larger
     return Found(nothing, as_recordings_scatter(given, best), tuple(sets), tuple(alone), held, not_foretold)
+
+
+def _simplest(grown: Sequence[Weighed], best: Weighed) -> Weighed:
+    """Of the sets that are not told from the likeliest the one with fewer numbers, then the likelier one."""
+    gains = [one.likelier(best) for one in grown]
+    alike = [
+        (len(one.numbers), -gain, i)
+        for i, (one, gain) in enumerate(zip(grown, gains, strict=True))
+        if gain > max(gains) - log(SURE)
+    ]
+    return grown[min(alike)[-1]] if alike else best
 
 
 def _looked(given: Flown, best: Weighed, placed: Sequence[Placed]) -> list[tuple[float, Weighed]]:
