@@ -48,13 +48,14 @@ class Run:
     model_std_n: list[float]  # by mount, without a load: error and friction
     curve_std_n: list[float]  # by mount: error of its model at slow loads
     warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
-    bowed: Floats  # (n, mounts) 4 u (1 - u)
+    part: Floats  # (n, mounts) of its range that its transducer reads
     friction_n: Floats  # (n, mounts) of its model
     beyond_n: Floats  # (n, mounts) of a curve as much steeper again beyond its bench; 0 where the mount rests on it
     begins_mm: list[float]  # reading of every mount where its bench begins
     reference_degc: list[float]
     range_mm: list[float]
     straight: list[bool]  # by engine: gauge blocks have measured a curve
+    line_stds: list[tuple[float, float]]  # by mount: scale, bow in mm of its transducer, one sigma
     rate_hz: float
 
     def asks_slope(self, mount: int) -> bool:
@@ -70,7 +71,7 @@ class Run:
 def columns(run: Run, rows: Flags) -> dict[str, Floats]:
     """By NAMES up to `beyond`, (n, engines) or (n, mounts), of the mounts that carry in `rows`."""
     force_n, slope = run.force_n * rows, -run.slope_n_mm * rows
-    grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, run.bowed))
+    grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, bowed(run.part)))
     known = run.by_engine(force_n), force_n, slope, grown, bent, run.by_engine(run.friction_n * rows)
     return dict(zip(NAMES, (*known, run.beyond_n * rows), strict=False))
 
@@ -130,10 +131,12 @@ def read_run(flight: Recording, installation: Installation) -> Run:
         runs=runs, stopped=stopped, counts=counts,
         model_std_n=[hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models],
         curve_std_n=[float(np.median(cells(model.spec.error)[2][:, 0])) for model in models],
-        warmer_k=np.nan_to_num(warm - first), bowed=bowed(shown_mm / ranges),
+        warmer_k=np.nan_to_num(warm - first), part=shown_mm / ranges,
         friction_n=np.column_stack(rubbed), beyond_n=np.column_stack(beyond),
         begins_mm=[model.spec.valid.deformation_mm[0] for model in models], reference_degc=first, range_mm=ranges,
-        straight=[e in curved for e in range(len(engines))], rate_hz=flight.sample_hz,
+        straight=[e in curved for e in range(len(engines))],
+        line_stds=[known.of(name).line_stds(mm) for name, mm in zip(names, ranges, strict=True)],
+        rate_hz=flight.sample_hz,
     )  # fmt: skip
 
 

@@ -5,12 +5,12 @@ t that leaves them nothing in common, so that a flight may take both for indepen
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.commission.tether_run import Run, places
+from thrustd.commission.tether_run import Run, columns, places
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
 from thrustd.core.config import section
@@ -22,6 +22,7 @@ from thrustd.installation.installation import Installation
 ENGINE_STD = 0.03
 BANDS_N = (1500.0, 3000.0, 5000.0)  # of a mount
 SHARE = "share of "
+HIGHEST = 95.0  # percentile of the force
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,16 +134,38 @@ def _beyond(solved: Solved, zero: int, slope: int, begins_mm: float) -> Beyond:
 
 
 def _share(run: Run, engine: int, solved: Solved) -> Fitted:
-    """Of the upper mount in its engine's load, at the run's highest power."""
-    upper, lower = (i for i, e in enumerate(run.engine_of) if e == engine)
-    top, at = np.nanpercentile(run.force_n, 95, axis=0), places(run)
-    gains = [1.0 + solved.sum_of(at["gain"] + engine, at["own"] + i)[0] for i in (upper, lower)]
-    a_n, b_n = float(top[upper]) * gains[0], float(top[lower]) * gains[1]
-    row = np.zeros(len(solved.mean))
-    row[at["own"] + upper] = a_n * b_n / (a_n + b_n) ** 2
-    row[at["own"] + lower] = -row[at["own"] + upper]
-    spread, wide = sqrt(float(row @ solved.covariance @ row)), sqrt(float(row**2 @ solved.prior**2))
-    return Fitted(f"{SHARE}{run.mounts[upper]}", "-", a_n / (a_n + b_n), SIGMAS_95 * spread, SIGMAS_95 * wide)
+    """Of the upper mount in its engine's load, at the run's highest power.
+
+    The cell knows the sum alone: it tells neither how each mount differs from its bench, nor each transducer's line.
+    """
+    upper, lower = (_highest(run, i) for i, e in enumerate(run.engine_of) if e == engine)
+    both_n2 = (upper.model_n + lower.model_n) ** 2
+    row = (lower.model_n * upper.numbers_n - upper.model_n * lower.numbers_n) / both_n2
+    line = hypot(lower.model_n * upper.line_n, upper.model_n * lower.line_n) / both_n2
+    spread, wide = (hypot(sqrt(each), line) for each in (row @ solved.covariance @ row, row**2 @ solved.prior**2))
+    a_n, b_n = (one.model_n + float(one.numbers_n @ solved.mean) for one in (upper, lower))
+    name = f"{SHARE}{run.mounts[run.engine_of.index(engine)]}"
+    return Fitted(name, "-", a_n / (a_n + b_n), SIGMAS_95 * spread, SIGMAS_95 * wide)
+
+
+class _Highest(NamedTuple):
+    """A mount at the run's highest power."""
+
+    model_n: float
+    numbers_n: Floats  # (n,) what a number of the regression makes of it
+    line_n: float  # what scale and bow of its transducer may make of it, one sigma: wherever a bow is largest
+
+
+def _highest(run: Run, mount: int) -> _Highest:
+    model_n = run.force_n[:, mount]
+    at = int(np.nanargmin(np.abs(model_n - np.nanpercentile(model_n, HIGHEST))))
+    alone = np.zeros_like(run.runs)
+    alone[at, mount] = True
+    row = np.nan_to_num(np.column_stack(list(columns(run, alone).values()))[at])
+    scale_std, bow_mm = run.line_stds[mount]
+    line_mm = hypot(scale_std * float(run.part[at, mount]) * run.range_mm[mount], bow_mm)
+    line_n = abs(float(run.slope_n_mm[at, mount])) * line_mm
+    return _Highest(float(model_n[at]), np.append(row, [0.0, 0.0]), line_n)  # nothing of the cell's zero and clock
 
 
 def _how_it_hangs(numbers: list[Fitted], installation: Installation) -> list[str]:
