@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
+from thrustd.core.calibration import Calibration, Drag, MountCalibration, Zero, write_calibration
 from thrustd.core.errors import ModelError
 from thrustd.core.signals import CATALOGUE
+from thrustd.installation.installation import read_installation
 from thrustd.model.artifact import EffectSpec, LinearBlock, ModelSpec, PiecewiseLinear, RealMode, ValidRange, read_model
 from thrustd.model.c_function import Library
 from thrustd.model.c_model import c_source
@@ -25,7 +27,8 @@ from .test_feedback import spec as feedback_spec
 CC = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 needs_c = pytest.mark.skipif(CC is None, reason="no C compiler here")
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off"]
-SHIPPED = sorted((Path(__file__).parents[2] / "models").glob("*.json"))
+ROOT = Path(__file__).parents[2]
+SHIPPED = sorted((ROOT / "models").glob("*.json"))
 MAIN = """
 #include <stdio.h>
 {includes}
@@ -162,3 +165,25 @@ def test_a_bad_name_for_the_c_file_is_one_line(tmp_path, capsys):
     assert main(["compile", model, "--rate", "1000", "--c", str(out.with_suffix(".h"))]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 2
     assert not list(tmp_path.iterdir())
+
+
+@needs_c
+def test_a_calibrated_mount_gives_in_c_what_flies_in_its_aircraft(tmp_path):
+    """Gain, friction, curve, growth and lean of the calibration, and its part of the drag: 85 N at 5 kN by the gain."""
+    measured = MountCalibration(
+        zeros=(Zero("2026-01-01", 0.012, 0.002),), read_mm=(0.0, 0.8, 1.6), true_mm=(0.0, 0.806, 1.6), gain=1.017,
+        friction=1.06, expansion_mm_k=5e-4, expansion_std_mm_k=1e-4, reference_degc=30.0,
+        lean_deg=1.0, lean_std_deg=0.2,
+    )  # fmt: skip
+    calibration = Calibration(on="2026-01-01", mount={"left_upper": measured}, drag=Drag("2026-01-01", 0.02, 0.01))
+    (tmp_path / "calibration.toml").write_text(write_calibration(calibration))
+    config = tmp_path / "hil.toml"
+    for name in ("hil.toml", "citation-ii.toml", "canaerospace.dbc"):
+        (tmp_path / name).write_text((ROOT / "deploy" / name).read_text().replace('"../', f'"{ROOT}/'))
+    config.write_text('calibration = "calibration.toml"\n' + config.read_text())
+    shown = ["--mount", "left_upper", "--config", str(config), "--c", str(tmp_path / "m0.c"), "--prefix", "m0"]
+    assert main(["compile", str(ROOT / "models" / "left-upper.json"), "--rate", "100", *shown]) == 0
+    installation = read_installation(config)
+    flies = compile_model(installation.model(installation.config.mount[0]), 100.0)
+    assert (tmp_path / "m0.c").read_text() == c_source(flies, "m0")
+    assert_same([flies], 20_000, tmp_path)

@@ -6,7 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from thrustd.cli.files import check_outputs, read_models, write_model_file
-from thrustd.cli.roles import add_roles, own_words, recordings_in_roles, roles_of_arguments
+from thrustd.cli.roles import (
+    add_mount,
+    add_roles,
+    own_words,
+    place_in_aircraft,
+    recordings_in_roles,
+    roles_of_arguments,
+)
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, seed, tell
 from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import DECK, given_or_shipped
@@ -81,7 +88,8 @@ def _add_compile(verbs: Verbs) -> None:
     compile_ = add_verb(
         verbs, "compile", compile_verb, "prepare a model for a sample rate and prove it against its witness rows",
         "thrustd compile models/left-upper.json --rate 1000\n"
-        "  thrustd compile models/left-upper.json --rate 1000 --c mount.c",
+        "  thrustd compile models/left-upper.json --rate 1000 --c mount.c\n"
+        "  thrustd compile my/models/left_upper.json --rate 1000 --mount left_upper --config my/hil.toml --c mount.c",
     )  # fmt: skip
     compile_.add_argument("model", type=Path, help="model artifact (.json)")
     compile_.add_argument("--rate", type=float, required=True, metavar="HZ", help="sample rate of the ADC")
@@ -89,6 +97,7 @@ def _add_compile(verbs: Verbs) -> None:
     compile_.add_argument(
         "--prefix", default="mount", help="prefix of every name in the C file (default mount: mount_init, mount_step)"
     )
+    add_mount(compile_, "fly it as this mount of the configuration, with what was measured of it; e.g. left_upper")
     add_json(compile_)
 
 
@@ -156,6 +165,7 @@ def compile_verb(arguments: argparse.Namespace) -> int:
     import numpy as np
 
     from thrustd.model.c_model import c_source
+    from thrustd.model.calibrated import calibrated
     from thrustd.model.compile import compile_model, rate_difference_n
 
     (spec,) = read_models([arguments.model]).values()
@@ -163,13 +173,16 @@ def compile_verb(arguments: argparse.Namespace) -> int:
         raise UsageError(f"--rate {arguments.rate:g}: expected 1 to 100000 Hz")
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", arguments.prefix):
         raise UsageError(f"--prefix {arguments.prefix}: expected the beginning of a name in C, such as left_upper")
-    assert spec.witness is not None  # read_models refuses a model without
-    own, other = compile_model(spec, spec.witness.rate_hz), compile_model(spec, arguments.rate)
+    witness = spec.witness
+    assert witness is not None  # read_models refuses a model without
+    if (place := place_in_aircraft(arguments)) is not None:
+        spec = calibrated(spec, place, str(arguments.model))
+    own, other = compile_model(spec, witness.rate_hz), compile_model(spec, arguments.rate)
     difference_n = rate_difference_n(own, other)
     report = {
         "model": str(arguments.model),
         "rate_hz": arguments.rate,
-        "witness_rows": len(spec.witness.force_n),
+        "witness_rows": len(witness.force_n),
         "states": int(other.start(np.zeros(len(other.channels))).size),
         "channels": list(dict.fromkeys(other.channels)),
         "worst_difference_between_rates_n": difference_n,
@@ -180,9 +193,9 @@ def compile_verb(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(report)
     else:
-        print(f"{arguments.model}: {len(spec.witness.force_n)} witness rows reproduced")
+        print(f"{arguments.model}: {len(witness.force_n)} witness rows reproduced")
         print(f"reads {', '.join(report['channels'])}")
-        print(f"at {arguments.rate:g} Hz within {difference_n:.2g} N of the same model at {spec.witness.rate_hz:g} Hz")
+        print(f"at {arguments.rate:g} Hz within {difference_n:.2g} N of the same model at {witness.rate_hz:g} Hz")
     return 0
 
 

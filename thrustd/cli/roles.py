@@ -55,9 +55,13 @@ def add_reference(parser: argparse.ArgumentParser) -> None:
         help="take the units from the column names, whatever the size of the values",
     )
     parser.add_argument("--against", default="", metavar="COLUMN", help="reference: a column, or 'brochure'")
-    parser.add_argument("--mount", default="", help="mount of a flight recording, e.g. left_upper")
-    parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
+    add_mount(parser, "mount of a flight recording, e.g. left_upper")
     parser.add_argument("--deck", type=Path, help=f"with --against brochure (default: --config's, or {DECK})")
+
+
+def add_mount(parser: argparse.ArgumentParser, what: str) -> None:
+    parser.add_argument("--mount", default="", help=what)
+    parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
 
 
 def recordings_in_roles(paths: Sequence[Path], arguments: argparse.Namespace, roles: "Roles") -> list["Recording"]:
