@@ -32,10 +32,12 @@ so its variance is that of means of a minute. What the run does not tell apart s
 engine move together, so their difference does.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from thrustd.commission.tether_cell import CLOCK_S, at_times, check_unit, heard
 from thrustd.commission.tether_run import NAMES, Run, columns, curve_errors_n, places, read_run
 from thrustd.commission.tether_told import ENGINE_STD, Solved, TetherFit, told_by
 from thrustd.core.calibration import BOW_STD_MM, HELD_STD_MM
@@ -52,11 +54,9 @@ CELL_ZERO_N, MOST_CELL_STD = 50.0, 0.05
 EXPANSION_STD_MM_K, STRAIGHT_MM = 5e-4, 1e-6
 SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
 LAG_STEP_S = 0.1
-LAGS_S = np.arange(-3.0, 3.01, LAG_STEP_S)  # the cell's clock against the log's
-UNITS = {"kN": 1e-3, "kgf": 0.102, "lbf": 0.2248}  # per newton
-RATIO = (0.5, 2.0)  # of the cell's range over the models'; outside it is another unit or another load path
+LAGS_S = np.arange(-CLOCK_S, CLOCK_S + 0.01, LAG_STEP_S)  # the cell's clock against the log's
 LEAST_S = 60.0
-HOLE = 5.0  # times the usual step of the cell's record
+MUCH = 3.0  # times what the models' own errors leave
 
 
 class _Known(NamedTuple):
@@ -78,14 +78,16 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation, c
     prior = _prior(run, installation, design)
     base_n = np.where(run.counts, (run.force_n * run.runs).sum(axis=1), np.nan)
     known = _known(run, prior)
-    trials = [(lag, _at(cell, flight.time_s + lag)) for lag in LAGS_S.tolist()]
+    _check_numbers(cell)
+    cell, remarks = heard(cell, flight.time_s, base_n, np.sqrt(np.square(design) @ np.square(prior)))
+    trials = [(lag, at_times(cell, flight.time_s + lag)) for lag in LAGS_S.tolist()]
     trials = [(lag, cell_n) for lag, cell_n in trials if np.isfinite(cell_n).sum() > LEAST_S * run.rate_hz]
     if not trials:
         span = f"{flight.time_s[0]:.0f} to {flight.time_s[-1]:.0f} s"
         raise RecordingError(
             f"{cell.name}: less than {LEAST_S:g} s within the log's {span}; expected one clock for both"
         )
-    _check_unit(cell, base_n, trials[len(trials) // 2][1])
+    check_unit(cell, base_n, trials[len(trials) // 2][1])
     curves_n = curve_errors_n(run)
     fits = [
         (lag, cell_n, Solved(prior, *_fit(design, known, cell_n - base_n, run.rate_hz, curves_n)))
@@ -100,7 +102,22 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation, c
         said = "tells no gain" if untold else f"fits best {lag:+.1f} s off the log's clock or farther"
         said += f", {fit.after_n:.0f} N RMS from the mounts"
         raise RecordingError(f"{cell.name}: {said}; expected this run's load cell, pull +, its clock within 3 s")
-    return fit
+    return replace(fit, remarks=[*remarks, *_more_left(cell, run, fit), *fit.remarks])
+
+
+def _check_numbers(cell: Recording) -> None:
+    seconds = np.isfinite(cell["force_N"]).mean() * (cell.time_s[-1] - cell.time_s[0])
+    if seconds < LEAST_S:
+        raise RecordingError(f"{cell.name}: less than {LEAST_S:g} s with a number in force_N: {seconds:.0f} s")
+
+
+def _more_left(cell: Recording, run: Run, fit: TetherFit) -> list[str]:
+    """A line where the numbers leave far more than the models' errors: the record is not all of this run."""
+    own_n = float(np.linalg.norm(run.model_std_n))
+    if fit.after_n < MUCH * own_n:
+        return []
+    said = f"{fit.after_n:.0f} N RMS left, of the mounts' own errors {own_n:.0f} N"
+    return [f"{cell.name}: {said}: did the rope slip, or the cell, and is it this run's? The intervals may not hold"]
 
 
 def _of_the_cell(solved: Solved, run: Run, cell_std: float) -> Solved:
@@ -145,25 +162,6 @@ def _prior(run: Run, installation: Installation, design: Floats) -> Floats:
         "cell": [CELL_ZERO_N], "clock": [LAG_STEP_S],
     }  # fmt: skip
     return np.concatenate([stds[name] for name in NAMES])
-
-
-def _at(cell: Recording, at_s: Floats) -> Floats:
-    """The cell at these times; NaN where it said nothing, nor around."""
-    read_n = np.interp(at_s, cell.time_s, cell["force_N"], left=np.nan, right=np.nan)
-    after = np.clip(np.searchsorted(cell.time_s, at_s), 1, len(cell) - 1)
-    hole = np.diff(cell.time_s)[after - 1] > HOLE * np.median(np.diff(cell.time_s))
-    return np.asarray(np.where(hole, np.nan, read_n))
-
-
-def _check_unit(cell: Recording, base_n: Floats, cell_n: Floats) -> None:
-    good = np.isfinite(cell_n) & np.isfinite(base_n)
-    spans = [float(np.ptp(np.percentile(each[good], (1, 99)))) for each in (cell_n, base_n)]
-    ratio = spans[0] / max(spans[1], 1e-9)
-    if not RATIO[0] < ratio < RATIO[1]:
-        near = next((f" is it {unit}?" for unit, one in UNITS.items() if one / 1.5 < ratio < 1.5 * one), "")
-        raise RecordingError(
-            f"{cell.name}: force_N spans {spans[0]:.4g}, the models of all mounts {spans[1]:.4g} N;{near} expected N"
-        )
 
 
 def _fit(
