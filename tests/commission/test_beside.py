@@ -1,6 +1,8 @@
 """Work in processes of their own is the same work."""
 
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -47,3 +49,12 @@ def test_what_is_printed_is_no_answer(written, capfd):
     name = written("serve(lambda asked: [print(asked.decode()), asked][1])")
     assert answers(name, [b"one", b"two"], int) == [b"one", b"two"]
     assert set(capfd.readouterr().err.split()) == {"one", "two"}
+
+
+@pytest.mark.parametrize("heard", [b"", bytes(3), (5).to_bytes(8) + b"half"])
+def test_one_whose_owner_ended_while_it_asked_says_nothing(heard):
+    """As on SIGTERM: it printed a traceback over the terminal."""
+    one = subprocess.run(
+        [sys.executable, "-m", "thrustd.commission.one_mount"], input=heard, capture_output=True, check=True
+    )
+    assert (one.stdout, one.stderr) == (b"", b"")

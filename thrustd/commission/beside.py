@@ -13,6 +13,7 @@ from contextlib import suppress
 from selectors import EVENT_READ, DefaultSelector
 from typing import Any
 
+SIZE = 8  # bytes that say how many are asked
 Told = Callable[[int], None]  # so many are done
 
 
@@ -48,6 +49,7 @@ def _begun(module: str, asked: bytes) -> subprocess.Popen[bytes]:
     process = subprocess.Popen((sys.executable, "-P", "-m", module), stdin=pipe, stdout=pipe, env=same)
     assert process.stdin is not None
     with suppress(BrokenPipeError):  # it died: its status says so
+        process.stdin.write(len(asked).to_bytes(SIZE))
         process.stdin.write(asked)
         process.stdin.close()
     return process
@@ -68,7 +70,9 @@ def _answer(module: str, process: subprocess.Popen[bytes]) -> bytes:
 def serve(work: Callable[[bytes], bytes]) -> None:
     """What such a module does when it is run."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # of a terminal: its owner ends it
-    asked, out = sys.stdin.buffer.read(), os.fdopen(os.dup(1), "wb")
+    size, asked, out = sys.stdin.buffer.read(SIZE), sys.stdin.buffer.read(), os.fdopen(os.dup(1), "wb")
+    if len(size) < SIZE or len(asked) < int.from_bytes(size):
+        return  # its owner ended while it asked
     os.dup2(2, 1)  # nothing that is printed gets into the answer
     with suppress(BrokenPipeError), out:
         out.write(work(asked))

@@ -71,7 +71,7 @@ def _paths(bench: Sequence[str], mounts: Sequence[str]) -> dict[str, list[Path]]
 def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
     record = read_recording(path)
     for name in ("deformation_mm", "force_N"):
-        record[name]
+        _check_numbers(record, name)
     span_n = float(np.nanmax(record["force_N"]) - np.nanmin(record["force_N"]))
     if not span_n > LEAST_N:
         said = f"force_N spans {span_n:.3g} in {record.duration_s:.0f} s"
@@ -84,19 +84,29 @@ def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
     return record.resample(rate_hz) if record.sample_hz > 1.5 * rate_hz else record
 
 
+def _check_numbers(record: Recording, channel: str) -> None:
+    if not np.isfinite(record[channel]).any():
+        raise RecordingError(f"{record.name}: no number in {channel}; expected what the rig has measured")
+
+
 def _falls(record: Recording) -> bool:
     both = np.array([record["deformation_mm"], record["force_N"]])
     return bool(np.cov(both[:, np.isfinite(both).all(axis=0)])[0, 1] < 0.0)
 
 
 def _check_moves(record: Recording, channel: str, least: float, option: str) -> None:
+    _check_numbers(record, channel)
     if not np.nanstd(record[channel]) > least:
         raise RecordingError(f"{record.name}: {channel} hardly moves; expected a record for {option}")
 
 
 def _check_chamber(chamber: Sequence[Recording], benches: Sequence[Recording]) -> None:
     name, at_rest = "temperature_degC", CATALOGUE["temperature_degC"].rest
-    rooms = [float(np.nanmedian(record[name])) for record in benches if name in record]
+    for record in chamber:
+        _check_numbers(record, name)
+    rooms = [
+        float(np.nanmedian(record[name])) for record in benches if np.isfinite(record.channels.get(name, np.nan)).any()
+    ]
     warm = np.concatenate([record[name] for record in chamber])
     off_k = float(np.nanmax(np.abs(warm - (np.mean(rooms) if rooms else at_rest))))
     names = ", ".join(record.name for record in chamber)
