@@ -152,10 +152,9 @@ def _blocks(arguments: argparse.Namespace) -> int:
 
     if arguments.mount is None:
         raise UsageError("calibrate blocks: --mount is missing; expected the mount's name in the configuration")
-    if arguments.config is not None:
-        from thrustd.installation.installation import read_installation
+    from thrustd.installation.installation import read_installation
 
-        read_installation(arguments.config).place(arguments.mount)  # is it there?
+    read_installation(given_or_shipped(arguments.config, CONFIGURATION, "--config")).place(arguments.mount)  # is there
     curve = block_curve(read_recording(_only(arguments)))
     known = _known(arguments) or _new(str(arguments.date or datetime.now(UTC).date()))
     _write(arguments, with_curve(known, arguments.mount, curve))

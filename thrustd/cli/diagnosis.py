@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from thrustd.cli.files import read_models, split_models
 from thrustd.cli.roles import (
     add_reference,
+    note_other_mounts,
     others_of_engine,
     own_words,
     place_in_aircraft,
@@ -102,6 +103,7 @@ def compare_verb(arguments: argparse.Namespace) -> int:
         raise UsageError(f"--load-cell-std {arguments.load_cell_std:g}: expected above 0, at most 1e6 N")
     models, data = split_models(arguments.files)
     specs, records = read_models(models), recordings_to_judge(data, arguments)
+    note_other_mounts(arguments, specs.values())
     with progress("compare") as advance, own_words(roles_of_arguments(arguments)):
         report = compare(
             specs,
@@ -128,6 +130,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
     extra = _effects(arguments)
     records = recordings_to_judge(arguments.data, arguments)
     (spec,) = read_models([arguments.model]).values()
+    note_other_mounts(arguments, [spec])
     _say_first(records, arguments)
     with progress(f"diagnose {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = diagnose(
@@ -163,6 +166,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
         raise UsageError("extend: --effect is missing; expected a name (see thrustd effects) or an expression")
     records = recordings_to_judge(arguments.data, arguments)
     (spec,) = read_models([arguments.model]).values()
+    note_other_mounts(arguments, [spec])
     _say_first(records, arguments)
     with progress(f"extend {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = extend(

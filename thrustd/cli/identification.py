@@ -9,6 +9,7 @@ from thrustd.cli.files import check_outputs, read_models, write_model_file
 from thrustd.cli.roles import (
     add_mount,
     add_roles,
+    note_other_mounts,
     own_words,
     place_in_aircraft,
     recordings_in_roles,
@@ -176,6 +177,7 @@ def compile_verb(arguments: argparse.Namespace) -> int:
     witness = spec.witness
     assert witness is not None  # read_models refuses a model without
     if (place := place_in_aircraft(arguments)) is not None:
+        note_other_mounts(arguments, [spec])
         spec = calibrated(spec, place, str(arguments.model))
     own, other = compile_model(spec, witness.rate_hz), compile_model(spec, arguments.rate)
     difference_n = rate_difference_n(own, other)

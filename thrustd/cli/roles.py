@@ -1,11 +1,12 @@
 """Columns of anyone's file in the roles that the verbs read, and what they are judged against (`--against`)."""
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from thrustd.cli.verb import note
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.installation.shipped import CONFIGURATION, DECK, given_or_shipped
 
@@ -157,6 +158,16 @@ def reference(arguments: argparse.Namespace) -> dict[str, Any]:
 def place_in_aircraft(arguments: argparse.Namespace) -> "MountPlace | None":
     """The mount that is looked at, as the configuration has it."""
     return _installation(arguments).place(arguments.mount) if arguments.mount else None
+
+
+def note_other_mounts(arguments: argparse.Namespace, specs: Iterable["ModelSpec"]) -> None:
+    """A line where a model is called as another mount of the configuration."""
+    if not arguments.mount:
+        return
+    known = {mount.name for mount in _installation(arguments).config.mount} - {arguments.mount}
+    for name in dict.fromkeys(spec.name for spec in specs):
+        if name.replace("-", "_") in known:
+            note(f"warning: --mount {arguments.mount}: the model is called {name}, another mount of the configuration")
 
 
 def others_of_engine(arguments: argparse.Namespace) -> "tuple[tuple[MountPlace, ModelSpec], ...]":
