@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable, Iterator
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from thrustd.core.errors import UsageError
 from thrustd.installation.shipped import HIL, given_or_shipped
 
 TELL_EVENTS = 500  # between two moves of the progress bar
+MATTERS = ("thrust_line_mm", True), ("share", False)  # knobs, and whether it is with the statics that they do anything
 BENCH_KINDS = ("steps", "sine", "multisine", "weight")
 
 
@@ -42,7 +44,7 @@ def add_verbs(verbs: Verbs) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--knob", action="append", default=[], metavar="NAME=VALUE",
-        help="set one error that the models do not know, e.g. drag_m2=0.04; may be repeated",
+        help="set one error that the models do not know, e.g. drag_m2=0.04, or statics=1; may be repeated",
     )  # fmt: skip
     _add_bench(parser, made)
     _add_wires(parser)
@@ -114,22 +116,28 @@ def _knobs(arguments: argparse.Namespace) -> Any:
     from thrustd.twin.installation import PLAIN, hostile
 
     knobs = hostile(arguments.seed) if arguments.installation == "hostile" else PLAIN
-    knobs = knobs._replace(statics=arguments.installation == "statics")
+    knobs, names = knobs._replace(statics=arguments.installation == "statics"), set()
     for given in arguments.knob:
         name, _, text = given.partition("=")
-        if name not in knobs._fields or name == "statics":
-            raise UsageError(f"--knob {given}: expected NAME=VALUE with a name of {', '.join(knobs._fields[1:])}")
+        names.add(name)
+        if name not in knobs._fields:
+            raise UsageError(f"--knob {given}: expected NAME=VALUE with a name of {', '.join(knobs._fields)}")
         try:
             values = tuple(float(part) for part in text.split(","))
         except ValueError:
             raise UsageError(f"--knob {given}: expected a number, or several with commas") from None
+        if not all(map(isfinite, values)) or (name == "statics" and values not in ((0.0,), (1.0,))):
+            raise UsageError(f"--knob {given}: expected {'0 or 1' if name == 'statics' else 'finite numbers'}")
         there = getattr(knobs, name)
         size = len(there) if isinstance(there, tuple) else 1
         if len(values) not in (1, size):
             raise UsageError(f"--knob {given}: {len(values)} numbers, expected {size}")
         whole = values * size if len(values) == 1 else values
-        changed: dict[str, Any] = {name: whole if isinstance(there, tuple) else whole[0]}
+        changed: dict[str, Any] = {name: whole if isinstance(there, tuple) else type(there)(whole[0])}
         knobs = knobs._replace(**changed)
+    for name, statics in MATTERS:
+        if name in names and knobs.statics != statics:
+            raise UsageError(f"--knob {name}: does nothing {'without' if statics else 'with'} --knob statics=1")
     return knobs
 
 
