@@ -4,12 +4,11 @@
 
 Engines, air data and accelerations of PH-LAB as recorded; a twin aircraft supplies the deformations, without wires:
 2 Hz, the noise of its sensors in it. Nobody tells the loop what is hidden, and no truth is among its inputs. A row
-takes some seconds of processor time and is kept in `out/loop_in_air`: an interrupted run goes on there.
+takes some seconds of processor time and is kept in `out/loop_in_air`: an interrupted run of this code goes on there.
 """
 
 import argparse
 import itertools
-import json
 import time
 from functools import cache
 from pathlib import Path
@@ -20,6 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.fusion_flights import FLIGHTS, PH_LAB
+from benchmarks.made_with import keep, kept_of, way_of
 from thrustd.cli.files import read_models
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import dynamic_pressure_pa
@@ -154,15 +154,15 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=Path("out/loop_in_air"), help="where it goes on")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
+    way = way_of()
     shown = Table("hidden", "aircraft", "from", "verdict", "N before, after", "sizes", "s", title=given.mount)
     every = itertools.product(enumerate(CASES), given.flights, given.aircraft)
     for (number, case), flights, aircraft in every:
         if given.case and not any(case.startswith(word) for word in given.case):
             continue
         kept = given.folder / f"{aircraft}-{given.mount}-{flights}-{number}.json"
-        if not kept.exists():
-            kept.write_text(json.dumps(row_of(case, given.mount, aircraft, flights)))
-        row = json.loads(kept.read_text())
+        found = kept_of(kept, way) or keep(kept, way, {"row": row_of(case, given.mount, aircraft, flights)})
+        row = found["row"]
         print(*row, sep=" | ", flush=True)
         shown.add_row(*row)
     Console(width=150).print(shown)

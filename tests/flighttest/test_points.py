@@ -133,7 +133,9 @@ def test_a_meters_error_is_in_deck_thrust_and_fuel_flow_alike(tmp_path):
 
 def test_what_cannot_be_used_is_one_line(log, tmp_path, capsys):
     said = refused(capsys, "points", log, "--limit", "least_s=500")
-    assert "no steady window; expected 500 s (least_s) with N1 above 20 %" in said and "than mach 0.006, alti" in said
+    assert "; expected 500 s (least_s) with N1 above 20 %" in said and "than mach 0.006, alti" in said
+    said = refused(capsys, "points", log, "--limit", "n1_pct=1e-4")
+    assert "no steady window, n1_pct_" in said and " s at most; expected" in said
     assert "--limit moch=1" in refused(capsys, "points", log, "--limit", "moch=1")
     marks = tmp_path / "marks.csv"
     marks.write_text("start_s,end_s\n50,5\n")

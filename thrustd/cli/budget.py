@@ -6,6 +6,7 @@ from typing import Any
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json
 from thrustd.core.errors import UsageError
+from thrustd.installation.folder import configuration_of
 
 LEAST_S = 2.0  # of a window: terms are told once a second
 
@@ -19,7 +20,7 @@ def add_verbs(verbs: Verbs) -> None:
     budget.add_argument(
         "--at", type=float, nargs=2, required=True, metavar=("T0", "T1"), help="seconds since the log's first estimate"
     )
-    budget.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    budget.add_argument("--config", type=configuration_of, help="use this configuration instead of the log's own")
     budget.add_argument("--picture", type=Path, metavar="PNG", help="draw the terms as bars")
     add_json(budget)
 

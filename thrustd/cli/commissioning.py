@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, day, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError
 from thrustd.core.measures import SIGMAS_95
+from thrustd.installation.folder import configuration_of
 from thrustd.installation.shipped import CONFIGURATION, given_or_shipped
 from thrustd.sinks.whole_file import write_whole
 from thrustd.sources.plain_file import read_text
@@ -48,7 +49,7 @@ def _add_commission(verbs: Verbs) -> None:
     )
     new.add_argument(
         "--aircraft",
-        type=Path,
+        type=configuration_of,
         help=f"configuration to start from, not the data file it names (default: the shipped {CONFIGURATION})",
     )
     new.add_argument("-o", "--out", type=Path, required=True, metavar="FOLDER", help="folder to make")
@@ -89,7 +90,7 @@ def _add_file(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--out", type=file_type(".toml"), required=True, help="calibration file to write or update"
     )
-    parser.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    parser.add_argument("--config", type=configuration_of, help="use this configuration instead of the log's own")
     parser.add_argument("--date", type=day, help="date of the measurement (default: the log's, else today)")
     add_json(parser)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, console, file_type, note, print_json, progress, tell
 from thrustd.core.errors import UsageError, printable
+from thrustd.installation.folder import configuration_of
 
 if TYPE_CHECKING:
     from thrustd.core.aircraft import AircraftData, Cant
@@ -26,7 +27,7 @@ def add_verbs(verbs: Verbs) -> None:
 
 def _add_run(verbs: Verbs) -> None:
     run = add_verb(verbs, "run", run_verb, "fly: read the sensors, estimate, record", "thrustd run deploy/ph-lab.toml")
-    run.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
+    run.add_argument("config", type=configuration_of, help="configuration of the aircraft (TOML)")
     _add_trust(run)
     run.add_argument(
         "--log-folder", type=Path, metavar="FOLDER", help="record here instead of the configuration's folder"
@@ -45,7 +46,7 @@ def _add_replay(verbs: Verbs) -> None:
         help="flight log; for a whole run its folder, its first file or all its files",
     )
     replay.add_argument("-o", "--out", type=file_type(".mcap"), help="estimate log to write (MCAP)")
-    replay.add_argument("--config", type=Path, help="use this configuration instead of the one kept in the log")
+    replay.add_argument("--config", type=configuration_of, help="use this configuration instead of the log's own")
     replay.add_argument("--speed", type=float, help="multiple of real time (default: as fast as possible)")
     replay.add_argument("--smooth", type=Path, metavar="CSV", help="write the smoothed thrust of every step (CSV)")
     replay.add_argument(
@@ -59,7 +60,7 @@ def _add_check(verbs: Verbs) -> None:
     check = add_verb(
         verbs, "check", check_verb, "check a configuration and every file it names", "thrustd check deploy/ph-lab.toml"
     )
-    check.add_argument("config", type=Path, help="configuration of the aircraft (TOML)")
+    check.add_argument("config", type=configuration_of, help="configuration of the aircraft (TOML)")
     _add_trust(check)
     check.add_argument(
         "--live",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.verb import note
 from thrustd.core.errors import RecordingError, UsageError
+from thrustd.installation.folder import configuration_of
 from thrustd.installation.shipped import CONFIGURATION, DECK, given_or_shipped
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def add_reference(parser: argparse.ArgumentParser) -> None:
 
 def add_mount(parser: argparse.ArgumentParser, what: str) -> None:
     parser.add_argument("--mount", default="", help=what)
-    parser.add_argument("--config", type=Path, help=f"with --mount (default: the shipped {CONFIGURATION})")
+    parser.add_argument("--config", type=configuration_of, help=f"with --mount (default: the shipped {CONFIGURATION})")
 
 
 def recordings_in_roles(paths: Sequence[Path], arguments: argparse.Namespace, roles: "Roles") -> list["Recording"]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from thrustd.cli.verb import Advance, Verbs, add_json, add_verb, note, progress, seed, tell
 from thrustd.core.errors import UsageError
+from thrustd.installation.folder import configuration_of
 from thrustd.installation.shipped import HIL, given_or_shipped
 
 TELL_EVENTS = 500  # between two moves of the progress bar
@@ -26,7 +27,9 @@ def add_verbs(verbs: Verbs) -> None:
     parser.add_argument(
         "--seed", type=seed, default=1, help="seed of the random numbers: engines, mounts, sensors, profile (default 1)"
     )
-    parser.add_argument("--config", type=Path, help=f"installation to simulate (default: the shipped {HIL})")
+    parser.add_argument(
+        "--config", type=configuration_of, help=f"installation to simulate (default: the shipped {HIL})"
+    )
     parser.add_argument(
         "--minutes", type=float, help="length of the flight in minutes (default: 10, or all of the recording)"
     )
@@ -73,7 +76,7 @@ def _add_bench(parser: argparse.ArgumentParser, made: Any) -> None:
 
 def _add_wires(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--hil", type=Path, metavar="CONFIG", help="play in real time on the wires of this configuration"
+        "--hil", type=configuration_of, metavar="CONFIG", help="play in real time on the wires of this configuration"
     )
     parser.add_argument("--log", type=Path, help="with --hil: play this log instead of a new flight")
     parser.add_argument("--speed", type=float, default=1.0, help="with --hil: multiple of real time (default 1)")

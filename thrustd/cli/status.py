@@ -3,11 +3,11 @@
 import argparse
 import time
 from collections import defaultdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from thrustd.cli.verb import Verbs, add_json, add_verb, print_json
 from thrustd.core.errors import UsageError
+from thrustd.installation.folder import configuration_of
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -21,7 +21,7 @@ def add_verbs(verbs: Verbs) -> None:
         verbs, "status", status_verb, "show the state of the running process, refreshed every second",
         "thrustd status deploy/ph-lab.toml",
     )  # fmt: skip
-    status.add_argument("config", type=Path, help="configuration of the running process")
+    status.add_argument("config", type=configuration_of, help="configuration of the running process")
     status.add_argument("--once", action="store_true", help="print once and stop")
     add_json(status)
 

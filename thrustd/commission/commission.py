@@ -16,7 +16,7 @@ import msgspec
 from thrustd.brochure.fit.deck_fit import fit_deck_file, report_lines
 from thrustd.commission.mount_models import mount_models
 from thrustd.commission.pieces import Pieces
-from thrustd.commission.report import Commissioned, Missing, report_page
+from thrustd.commission.report import MOUNT_N, Commissioned, Missing, report_page
 from thrustd.core.config import section
 from thrustd.core.errors import ConfigError, UsageError
 from thrustd.fusion.settings import FusionSettings
@@ -24,7 +24,6 @@ from thrustd.installation.installation import Installation, read_installation
 from thrustd.model.artifact import write_model
 from thrustd.sinks.whole_file import whole_folder
 
-MOUNT_N = 3000.0  # of a mount in cruise: where a cost is told
 WEIGHT_STD, THERMAL_STD = 0.005, 0.006  # 1.5 g without the weight's stiffening; 30 K from the bench at 2e-4 1/K
 DECK_STD = 0.02
 
@@ -66,6 +65,7 @@ def _missing(pieces: Pieces) -> list[Missing]:
         found.append(Missing("chamber: what temperature does", cost, THERMAL_STD))
     if len(pieces.flights) < 2:
         cost = f"the deck of the base, within {100 * DECK_STD:g} % of an engine (its band says so)"
+        cost += "; the one given is not used" if pieces.flights else ""
         found.append(Missing("two flights: these engines' own deck", cost, 0.0))
     return found
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 from pathlib import Path
 
 from thrustd.commission.mount_models import Made
@@ -9,6 +10,7 @@ from thrustd.model.artifact import EffectSpec, ModelSpec
 from thrustd.model.effects import effect_named
 from thrustd.sinks.html_page import head, section, sentences, table
 
+MOUNT_N = 3000.0  # of a mount in cruise: where a cost is told
 WORDS = (
     "Free runs: a model sees deformation and channels, never the force. Errors are RMS on data that nothing was fitted "
     "to, unless they say otherwise."
@@ -99,7 +101,9 @@ def _deck(rows: Sequence[dict[str, object]], remarks: Sequence[str]) -> str:
 
 def _missing(done: Commissioned) -> str:
     rows = [(piece.piece, piece.costs, f"{100 * piece.std:.2f}") for piece in done.missing]
-    band = f"Stiffness sigma in the band: {100 * done.stiffness_std:.2f} % of a mount's force."
+    one_n, std = MOUNT_N * done.stiffness_std, f"{100 * done.stiffness_std:.2f} %"
+    band = f"Stiffness sigma in the band: {std} of a mount's force, {one_n:.0f} N of {MOUNT_N:.0f} N on a mount,"
+    band += f" {sqrt(2.0) * one_n:.0f} N of {2.0 * MOUNT_N:.0f} N on an engine's two."
     kept = [f"Kept: {done.kept}."] if done.kept else []
     none = [] if rows else ["Nothing was left out."]
     shown = table(("Not brought", "costs", "in the band, % of force"), rows) if rows else ""

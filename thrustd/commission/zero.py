@@ -50,14 +50,14 @@ class MountZero:
 def zeros(record: Recording, installation: Installation) -> list[MountZero]:
     """One per mount of the configuration; RecordingError where the engines are never off."""
     config = installation.config
-    still = standing(record, list(config.aircraft.engines))
+    off_pct = section(config.fusion, FusionSettings, "fusion").engine_off_n1_pct
+    still = standing(record, list(config.aircraft.engines), off_pct)
     models = installation.parts().models
     return [_zero(record.rows(still), installation, i, model) for i, model in enumerate(models)]
 
 
-def standing(record: Recording, engines: list[str]) -> slice:
+def standing(record: Recording, engines: list[str], off_pct: float) -> slice:
     """Rows before the first engine start, aircraft at rest; RecordingError says what is missing."""
-    off_pct = FusionSettings().engine_off_n1_pct
     speeds = np.array([record[f"n1_pct_{engine}"] for engine in engines])
     off = np.all(np.nan_to_num(speeds, nan=0.0) < off_pct, axis=0) & np.isfinite(speeds).any(axis=0)
     if "mach" in record:

@@ -1,7 +1,7 @@
 """Where a flight is steady: windows found by limits, or marked by the crew (a CSV, or a channel of the log)."""
 
 import csv
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.steady import Quantity, SteadyLimits, SteadyWatch, quantities
 from thrustd.flighttest.flight import Flight
@@ -57,9 +58,22 @@ def steady_windows(flight: Flight, limits: SteadyLimits) -> list[Window]:
             taken[first : end + 1] = True
             found.append((first, end))
     if not found:
-        raise RecordingError(f"{flight.name}: no steady window; expected {_expected(limits)}")
+        said = _longest(dict(zip(named, rows.T, strict=True)), named, limits)
+        raise RecordingError(f"{flight.name}: no steady window, {said}; expected {_expected(limits)}")
     time_s = flight.record.time_s
     return [Window(float(time_s[a]), float(time_s[b]) + 1.0, str(i + 1)) for i, (a, b) in enumerate(sorted(found))]
+
+
+def _longest(columns: Mapping[str, Floats], named: Mapping[str, Quantity], limits: SteadyLimits) -> str:
+    """Which column is steady for the shortest time, looked at alone."""
+    alone = {}
+    for name, column in columns.items():
+        watch = SteadyWatch([named[name].limit])
+        alone[name] = max(watch.take([value]) for value in column.tolist())
+    name = min(alone, key=alone.__getitem__)
+    if alone[name] >= limits.least_s:
+        return "though every channel alone is steady for long enough"
+    return f"{name} is steady for {alone[name]} s at most"
 
 
 def marked_windows(flight: Flight, column: str = MARK) -> list[Window]:
