@@ -188,6 +188,16 @@ def test_a_mount_is_off_by_what_no_bench_has_shown_between_its_zero_and_where_it
     assert off_n[-1] == pytest.approx(np.hypot(told * below_mm[-1], 0.2 * 0.1), rel=1e-3)
 
 
+@pytest.mark.parametrize("pressed_mm", [0.0, -0.3])
+def test_its_terms_add_up_to_its_sigma_and_none_of_them_is_a_remainder(pressed_mm):
+    """What is left was called creep, and was nothing: what a model misses of creep is in its error map."""
+    bench = Bench(compile_model(simple_model(pressed_mm=pressed_mm), RATE_HZ), NOTHING_MEASURED)
+    bench.started(1, 0.5)
+    terms_n = bench.source.terms_n()
+    assert "creep_n" not in terms_n
+    assert np.hypot.reduce(list(terms_n.values())) == pytest.approx(float(bench.source.state["std_n"]), rel=1e-9)
+
+
 def test_a_curve_that_is_flat_at_rest_is_not_calibrated_and_stops_nobody(model):
     bench = Bench(model)
     bench.started(0, 0.005)

@@ -11,7 +11,7 @@ from thrustd.replay.budget_picture import draw, picture, points_picture, save
 
 ROWS = [
     Row("mounts", "zero", SYSTEMATIC, 22.4),
-    Row("mounts", "creep", SYSTEMATIC, 0.0),
+    Row("mounts", "share", SYSTEMATIC, 0.0),
     Row("mounts", "inertia", RANDOM, 5.2),
     Row("brochure", "shape", SYSTEMATIC, 189.0),
     Row("fused", "installation", SYSTEMATIC, 186.0),

@@ -130,12 +130,11 @@ class Terms(NamedTuple):
 
     t_ns: int
     engine: int
-    calibration_n: float  # the model on held-out data
+    calibration_n: float  # the model on held-out data, what it misses of creep in it
     zero_n: float
     stiffness_n: float
     friction_n: float
     beyond_n: float  # outside the identified range, counted from where the zero was found
-    creep_n: float
     start_n: float  # load before the start, channels that are not measured: of both mounts to the same side
     share_n: float  # of the one mount that is left, with the couple of a mass that is off
     installation_n: float  # what nobody corrected of the installation, as far as the brochure does not bound it

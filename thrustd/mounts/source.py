@@ -120,9 +120,7 @@ class MountSource:
         force_n, rate_n_s = float(state["force_n"]), abs(float(state["force_n"] - means["lagged_n"])) / FORCE_RATE_TAU_S
         model_n = region_std_n(*self._cells, force_n, rate_n_s)
         known = dict(zip(TERMS, terms_n(means, model_n, float(state["deformation_mm"]), force_n), strict=True))
-        common_n = float(state["common_n"])
-        rest_n2 = float(state["std_n"]) ** 2 - common_n**2 - sum(value**2 for value in known.values())
-        return known | {"creep_n": sqrt(max(rest_n2, 0.0)), COMMON: common_n}
+        return known | {COMMON: float(state["common_n"])}
 
     def calibrate(self) -> bool:
         """The engine stands and has not run: what the mount's transducer shows is its zero.

@@ -37,7 +37,6 @@ TERMS = {  # of `core.types.Terms`, in words
     "stiffness_n": "stiffness",
     "friction_n": "friction",
     "beyond_n": "beyond the identified range",
-    "creep_n": "creep",
     "start_n": "start, unmeasured channels",
     "share_n": "share",
     "installation_n": "installation",
@@ -50,7 +49,7 @@ INERTIA = "inertia (noise of the acceleration)"
 AIR, LOAD, ALONG = ("mach", "pressure_altitude_m"), "accel_z_g", "accel_x_g"
 WINDMILLS = "windmilling, it burns nothing"
 END_S = 2.0  # a window may end so long after the last estimate
-ALWAYS = "creep_n", "share_n"  # told though they are nothing
+ALWAYS = "share_n"  # told though it is nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +147,7 @@ def budget_of(engine: str, told: Told, band: Band) -> Budget:
     *stds, pressure_pa, more_g2, along_g2 = _means(np.column_stack((*told[:6], told.more_g**2, told.along_g**2)))
     known = dict(zip(TERMS, np.sqrt(_means(told.terms_n**2)).tolist(), strict=True))
     installed_n, fuel_n = known.pop(INSTALLATION), known.pop(FUEL)
-    rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name in ALWAYS]
+    rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name == ALWAYS]
     terms = band.aircraft.terms_n(stds[0], pressure_pa, sqrt(more_g2), sqrt(along_g2))
     return _budget(engine, rows, stds, fuel_n, _scaled(terms, installed_n), band.settings)
 

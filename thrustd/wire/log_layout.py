@@ -108,7 +108,6 @@ class TermsMessage(msgspec.Struct, frozen=True):
     stiffness_n: float
     friction_n: float
     beyond_n: float
-    creep_n: float
     start_n: float
     share_n: float
     installation_n: float
