@@ -3,15 +3,16 @@
 Per aircraft: bench, weight and chamber records of other mounts as `plan-test` asks for them, `commission`, zero,
 tethered run, a first flight for the nacelles' drag (a recorded one, where it is at hand), and a flight. It is flown
 twice: as its benches know it, and with the hostile knobs of the same seed, which nobody modelled. With `--statics` it
-hangs as a rigid body, and its file says so; `--low -1500` lets the upper mounts' benches begin there. `--own`: all four
-mounts of the aircraft were on the bench, not two of their kind. Every aircraft keeps its files and its `result.json` in
-the folder, with the version that made them: an ended run of this version goes on there, what another one left is
-refused.
+hangs as a rigid body, and its file says so; with `--arm` its file says where the hostile one has its accelerometer;
+`--low -1500` lets the upper mounts' benches begin there. `--own`: all four mounts of the aircraft were on the bench,
+not two of their kind. Every aircraft keeps its files and its `result.json` in the folder, with the version that made
+them: an ended run of this version goes on there, what another one left is refused.
 """
 
 import argparse
 import json
 import os
+import re
 import statistics
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -30,6 +31,7 @@ from thrustd.records.files import write_recording
 from thrustd.records.recording import make_recording
 from thrustd.twin.airframe import MOUNTS, draw_airframe
 from thrustd.twin.bench import RIG, programme_bench
+from thrustd.twin.installation import hostile
 from thrustd.twin.mount import LOWER, UPPER, MountPhysics
 
 HOURS, BENCH_HZ, FUSED_HZ = 4.0, 20.0, 50.0
@@ -46,9 +48,10 @@ class Asked(NamedTuple):
     kinds: list[str]
     low_n: float  # where the bench of an upper mount begins
     own: bool  # all four mounts were on the bench, not two of their kind
+    arm: bool  # the aircraft's file says where the hostile aircraft's accelerometer is
 
 
-USUAL = Asked(["plain", "hostile"], LOW_N, False)
+USUAL = Asked(["plain", "hostile"], LOW_N, False, False)
 
 
 def said(*words: str) -> str:
@@ -91,11 +94,17 @@ def records(folder: Path, seed: int, way: Way) -> list[str]:
     return ["--bench", *benches, "--weight", weight, "--chamber", *chamber]
 
 
-def hung(folder: Path) -> Path:
-    """The shipped configuration of an aircraft whose engines hang as rigid bodies."""
+def based(folder: Path, seed: int, way: Way) -> Path:
+    """The shipped configuration, its aircraft's file told how the engines hang and where the accelerometer is."""
     config = shipped("deploy/hil.toml", "config")
     data, bus = config.with_name("citation-ii.toml"), config.with_name("canaerospace.dbc")
-    told = data.read_text().replace("rigid_body = false", "rigid_body = true")
+    told = data.read_text()
+    if way["kinds"] == ["statics"]:
+        told = told.replace("rigid_body = false", "rigid_body = true")
+    if way["arm"]:
+        forward_m, right_m, up_m = hostile(seed).arm_m
+        arm = f"[{forward_m}, {right_m}, {-up_m}]"
+        told = re.sub(r"(?m)^# accelerometer_m = .*$", f"accelerometer_m = {{ left = {arm}, right = {arm} }}", told)
     (folder / data.name).write_text(told)
     (folder / bus.name).write_bytes(bus.read_bytes())
     (folder / config.name).write_text(config.read_text().replace('"../models', f'"{config.parents[1]}/models'))
@@ -109,7 +118,7 @@ def made(folder: Path, seed: int, way: Way) -> tuple[Path, float]:
     before = kept_of(kept, way)
     if before is None:
         given = records(folder, seed, way)
-        base = hung(folder) if way["kinds"] == ["statics"] else shipped("deploy/hil.toml", "config")
+        base = based(folder, seed, way)
         began = processor_s()
         said("commission", *given, "--aircraft", str(base), "-o", str(out))
         text = (out / "hil.toml").read_text().replace("estimate_hz = 10.0", f"estimate_hz = {FUSED_HZ}")
@@ -171,8 +180,10 @@ def main() -> None:
     parser.add_argument("--statics", action="store_true", help="engines that hang as rigid bodies")
     parser.add_argument("--low", type=float, default=LOW_N, metavar="N", help="where benches of upper mounts begin")
     parser.add_argument("--own", action="store_true", help="all four mounts of the aircraft were on the bench")
+    parser.add_argument("--arm", action="store_true", help="hostile, its file says where the accelerometer is")
     given = parser.parse_args()
-    asked = Asked(["statics"] if given.statics else USUAL.kinds, given.low, given.own)
+    kinds = ["statics"] if given.statics else ["hostile"] if given.arm else USUAL.kinds
+    asked = Asked(kinds, given.low, given.own, given.arm)
     columns = [f"{kind}, {stage}" for kind in asked.kinds for stage in STAGES]
     shown = Table(
         "aircraft", "commission, s", *columns, title="RMSE of the fused thrust, N, left and right; truth inside, %"
