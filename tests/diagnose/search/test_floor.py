@@ -70,7 +70,7 @@ def fit(rms, words=("law",)):
     )
 
 
-CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
@@ -81,7 +81,7 @@ def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest
 
 
 def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
-    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, own_plateau=np.inf, tremble=0.0)
+    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
     large, more = fit(3.0), fit(1.5, ("law", "other"))
     assert advanced(CELL, fit(100.0, ()), large, [more]) is None
     assert advanced(cubic, fit(100.0, ()), large, [more]) is not None

@@ -75,7 +75,7 @@ def ahead(one: Joint, other: Joint) -> bool:
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     """Those that held-back blocks do not tell from the best."""
-    return [fit for fit in fits if not gained(fit, best, 0.0)]
+    return [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best, 0.0)]
 
 
 def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:

@@ -67,8 +67,7 @@ def regress(
     shape, records = prepared(segments)
     none = np.zeros(0)
     plain = replace(shape, terms=()) if laws else replace(shape, terms=(), radii=none, grows=False)  # see `begun_where`
-    found, records = _unyielding(plain, records, progress)
-    found = _by_few(found, segments, records, progress)
+    found, records = _unyielding(plain, segments, records, progress)
     if not settled:
         found, records = remembering(found, segments, records, progress)
     plain, shape = found.shape, replace(found.shape, terms=shape.terms)
@@ -95,14 +94,17 @@ def regress(
     return best([tried(whole, start) for start in starts])
 
 
-def _unyielding(plain: Shape, records: Sequence[Record], progress: Progress | None) -> tuple[Solution, list[Record]]:
+def _unyielding(
+    plain: Shape, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
+) -> tuple[Solution, list[Record]]:
     """A mount of this shape, and the records each begun where it says."""
     found = solve(plain, first_point(plain, records), records, FIRST, progress=progress)
     settled = [replace(record, before=float(record.d[0])) for record in records]
     other = solve(plain, found.point, settled, FIRST, progress=progress)
     if other.mean_square < found.mean_square:
         found, records = other, settled
-    return found, [begun_where(found, record) for record in records]
+    records = [begun_where(found, record) for record in records]
+    return _by_few(found, segments, records, progress), records
 
 
 def _by_few(
