@@ -122,9 +122,12 @@ def _by_few(
     loose = replace(found.shape, move=True, limits_s=ends)
     moved = solve(loose, found.point, records, found.precisions, progress=progress)
     few = solve(*gathered(moved.shape, moved.point), records, moved.precisions, progress=progress)
-    dense = [one for one in (found, walked(found, segments, records, progress)) if one is not None]
-    least = min(surprise(one, few.noise_variance) for one in dense)
-    return few if surprise(few, few.noise_variance) + 2.0 * SURE < least else found
+
+    def likelier(other: Solution | None) -> bool:
+        unlikely = [surprise(one, few.noise_variance) for one in (few, other) if one is not None]
+        return other is None or unlikely[0] + 2.0 * SURE < unlikely[1]
+
+    return few if likelier(found) and likelier(walked(found, segments, records, progress)) else found
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
