@@ -12,9 +12,7 @@ from thrustd.core.signals import CATALOGUE
 from thrustd.core.types import Fault
 
 ADC, CAN = "adc", "can"  # as the sources call them
-SILENT_NS = (
-    300_000_000  # by the last message of all; a 10 Hz channel that may be silent for 0.5 s spoke up to 0.1 s before
-)
+SILENT_NS = 300_000_000  # since its last message: a 10 Hz channel, which may be silent for 0.5 s, spoke 0.1 s before
 EVERY_NS = 50_000_000
 RETURN_NS = 3_000_000_000  # the slowest channels come once a second
 WITH_THE_WIRE = frozenset({"stale", "dead"})

@@ -85,6 +85,8 @@ def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_st
     large, more = fit(3.0), fit(1.5, ("law", "other"))
     assert advanced(CELL, fit(100.0, ()), large, [more]) is None
     assert advanced(cubic, fit(100.0, ()), large, [more]) is not None
+    moved = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=100.0**2, own_plateau=np.inf, tremble=0.0)
+    assert advanced(moved, fit(23.0, ()), large, [more]) is None  # a bench's core that moved had hidden most of it
 
 
 def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():

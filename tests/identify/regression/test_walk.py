@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.identify.regression.hypotheses import records_for
 from thrustd.identify.regression.posterior import _over, kept, walk_n
-from thrustd.identify.regression.regress import regress, with_walk
+from thrustd.identify.regression.regress import LAGS, regress, with_walk
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.regression.terms import split
 from thrustd.identify.regression.walk import ELSEWHERE, HOURS, hours_of, is_walk, walks
@@ -66,6 +66,25 @@ def test_rubber_is_foretold_under_a_load_that_lasts_although_its_cell_walked(see
         return np.abs(record.force_n - model_n)[len(d) // 10 :].max()
 
     assert missed_n(with_walk(regress(records), records)) < min(0.5 * missed_n(plain), 0.015 * record.force_n.max())
+
+
+def test_lags_between_those_of_a_dense_set_are_found_where_they_are_and_are_no_walk():
+    """Two neighbours for one left errors that last for minutes, five times the noise there, and 19 N of a walk."""
+    rng, n, truth_s = np.random.default_rng(4), round(HOUR_S / DT_S), np.array([0.41, 19.5, 213.0])
+    d = held(rng.uniform(0.0, 1.1, 4000), 40.0, n)
+    w, keep = 3900 * d + 1300 * d**3, np.exp(-DT_S / truth_s)
+    force = w + sum(0.16 * (w - lfilter([1 - k], [1, -k], w)) for k in keep)
+    records = [Segment("bench", 0.0, DT_S, {"deformation_mm": d}, force + NOISE_N * rng.standard_normal(n))]
+    found = regress(records)
+    told_s = np.sort(np.exp(found.point.log_tau[found.point.gain > 0.01]))
+    assert told_s == pytest.approx(truth_s, rel=0.05)
+    assert found.noise_variance < 1.3 * found.mean_square  # nothing lasts
+    assert with_walk(found, records) is found
+
+
+def test_rubber_by_a_power_law_keeps_its_spectrum_though_its_cell_walks():
+    found = regress([bench(np.random.default_rng(1), 20.0)])
+    assert len(found.point.gain) == LAGS and not found.shape.move
 
 
 def test_memory_of_a_mount_under_load_is_no_walk_of_a_cell_that_stands_still():

@@ -123,11 +123,14 @@ def _by_few(
     moved = solve(loose, found.point, records, found.precisions, progress=progress)
     few = solve(*gathered(moved.shape, moved.point), records, moved.precisions, progress=progress)
 
-    def likelier(other: Solution | None) -> bool:
-        unlikely = [surprise(one, few.noise_variance) for one in (few, other) if one is not None]
-        return other is None or unlikely[0] + 2.0 * SURE < unlikely[1]
+    def unlikely(one: Solution) -> float:
+        return surprise(one, few.noise_variance)
 
-    return few if likelier(found) and likelier(walked(found, segments, records, progress)) else found
+    least = unlikely(few) + 2.0 * SURE
+    if unlikely(found) <= least:
+        return found
+    walking = walked(found, segments, records, progress)
+    return few if walking is None or least < unlikely(walking) else found
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
