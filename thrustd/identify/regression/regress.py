@@ -114,7 +114,7 @@ def _by_few(
 
     A power law is a smooth spectrum; a rubber of a few modes is not, and two neighbours of a dense set follow a lag
     between them but for an error that lasts, which is then taken for friction, or for a walk of the cell. A cell that
-    does walk is no cause to leave the spectrum.
+    surely does walk (`with_walk`) is no cause to leave the spectrum.
     """
     if not found.point.gain.any():
         return found
@@ -130,7 +130,9 @@ def _by_few(
     if unlikely(found) <= least:
         return found
     walking = walked(found, segments, records, progress)
-    return few if walking is None or least < unlikely(walking) else found
+    if walking is not None and _missed_less(walking, found) and unlikely(walking) <= least:
+        return found
+    return few
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
@@ -181,8 +183,12 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
         return surprise(one, lasting)
 
     other = min(trials, key=unlikely)
-    likelier = unlikely(other) < unlikely(found)
-    return other if likelier and other.mean_square < (1.0 - WALK_WORTH) * found.mean_square else found
+    return other if unlikely(other) < unlikely(found) and _missed_less(other, found) else found
+
+
+def _missed_less(walking: Solution, found: Solution) -> bool:
+    """Whether a walk takes away so much that it is believed."""
+    return walking.mean_square < (1.0 - WALK_WORTH) * found.mean_square
 
 
 def begun_as(found: Solution, records: Sequence[Record], segments: Sequence[Segment]) -> list[Record]:
