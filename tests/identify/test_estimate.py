@@ -98,10 +98,10 @@ def test_jacobian_agrees_with_differences_of_whole_simulations():
 
 
 def fed_back():
-    """Two real modes with a hardening spring and other products fed back, far enough to reach the box."""
+    """Two real modes with a hardening spring and other products fed back, far enough to leave the data."""
     rng = np.random.default_rng(3)
     into = (0.05 * rng.normal(size=(2, 16))).tolist()
-    feedback = Feedback(3, [0.6, 0.6, 0.6], [0.4, 0.4, 0.4], into)
+    feedback = Feedback(3, [0.6, 0.6, 0.6], [0.4, 0.4, 0.4], [[1.0, 0, 0], [-0.5, 1.2, 0], [0.2, 0.1, 0.9]], into)
     linear = LinearBlock(0.4, [RealMode(0.5, 0.3), RealMode(4.0, 0.3)], feedback=feedback)
     return mount(linear=linear, effects=[])
 

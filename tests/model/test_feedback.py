@@ -17,7 +17,7 @@ from thrustd.model.artifact import (
     write_model,
 )
 from thrustd.model.compile import compile_model
-from thrustd.model.feedback import products
+from thrustd.model.feedback import beyond, feedback, products
 
 LINE = PiecewiseLinear([-1.0, 1.0], [-1.0, 1.0])
 MODES = ([RealMode(0.5, 0.2)], [ComplexMode(1.0, 12.0, 0.6, 0.3)])
@@ -26,7 +26,8 @@ MODES = ([RealMode(0.5, 0.2)], [ComplexMode(1.0, 12.0, 0.6, 0.3)])
 def spec(into=None, degree=3, modes=MODES):
     n = len(modes[0]) + 2 * len(modes[1])
     rows = np.zeros((n, len(products(n + 1, degree)))) if into is None else into
-    fed = Feedback(degree, [0.0] * (n + 1), [2.0] * (n + 1), rows.tolist())
+    ball = np.eye(n + 1) / np.sqrt(n + 1)
+    fed = Feedback(degree, [0.0] * (n + 1), [2.0] * (n + 1), ball.tolist(), rows.tolist())
     linear = LinearBlock(0.2, *modes, feedback=fed)
     return ModelSpec("thrustd-model/1", "fed", "feedback", LINE, linear, LINE, ValidRange((-1, 1), (-1, 1)))
 
@@ -90,11 +91,25 @@ def test_no_input_makes_it_run_away():
     assert np.abs(out).max() < 1e5
 
 
+def test_no_more_is_fed_back_where_no_data_were():
+    """Two modes that went up together: to be at opposite ends is nothing that the products were learnt from."""
+    together = np.linalg.inv(np.linalg.cholesky(np.array([[1.0, 0.99, 0.0], [0.99, 1.0, 0.0], [0.0, 0.0, 1.0]])))
+    seen, unseen = np.array([0.9, 0.9, 0.0]), np.array([0.9, -0.9, 0.0])
+    reach, modes = (np.zeros(3), np.ones(3), together), [(-1.0 + 0j, 0.5 + 0j), (-9.0 + 0j, 0.5 + 0j)]
+    stage = feedback("fed", 0.0, modes, 2, reach, np.zeros((2, 6)), 0.02)
+    assert beyond(seen, 0, stage.c) < 1.0
+    assert beyond(unseen, 0, stage.c) > 10.0
+
+
 def test_the_artifact_comes_back_and_is_checked():
     model = spec(hardening(1.0))
     assert read_model(write_model(model), "fed.json") == model
     assert "feedback" not in write_model(msgspec.structs.replace(model, linear=LinearBlock(1.0), structure="line"))
     short = msgspec.structs.replace(model.linear.feedback, into=[[0.0]] * 3)
     bad = msgspec.structs.replace(model, linear=msgspec.structs.replace(model.linear, feedback=short))
+    flat = msgspec.structs.replace(model.linear.feedback, within=[[1.0]])
+    worse = msgspec.structs.replace(model, linear=msgspec.structs.replace(model.linear, feedback=flat))
+    with pytest.raises(ModelError, match=r"linear\.feedback\.within: expected 4 rows of 4 values"):
+        read_model(write_model(worse), "fed.json")
     with pytest.raises(ModelError, match=r"linear\.feedback\.into: expected 3 rows \(states\) of 30 values"):
         read_model(write_model(bad), "fed.json")

@@ -10,7 +10,7 @@ which costs a handful of multiplications a column, where a finite difference cos
 
 import numpy as np
 
-from thrustd.model.feedback import feedback_step
+from thrustd.model.feedback import beyond, feedback_step
 from thrustd.model.linear import sections_step
 from thrustd.model.stage import Floats, Stage, jit
 
@@ -81,7 +81,7 @@ def fed_start(stage: Stage, x: Floats, v: float) -> Floats:
 def fed_columns(x: Floats, c: Floats, s: Floats, v: Floats, columns: Floats, first: int) -> None:
     """Columns `first` onwards: what each number of the feedback does to the output; x and s (n, n_numbers) advance."""
     n, m = int(c[0]), int(c[1])
-    full = 3 + 2 * (n + 1) + n * (n + 2)
+    full = 3 + (n + 1) * (n + 3) + n * (n + 2)
     q, dq, a = np.empty(n + 1 + m), np.zeros((n + 1 + m, n)), np.empty((n, n))
     added, moved = np.empty((n, n * m)), np.empty((n, n * m))
     for k in range(v.shape[0]):
@@ -103,13 +103,33 @@ def fed_columns(x: Floats, c: Floats, s: Floats, v: Floats, columns: Floats, fir
 
 
 @jit
+def _drawn_back(q: Floats, dq: Floats, c: Floats) -> None:
+    """Variables beyond the data on their edge, z / |W z|, and how these answer the states."""
+    n = dq.shape[1] + 1
+    far = beyond(q, 0, c)
+    if far <= 1.0:
+        return
+    for k in range(n - 1):
+        turned = 0.0  # d|W z|
+        for i in range(n):
+            row, moved = 0.0, 0.0
+            for j in range(i + 1):
+                row += c[3 + 2 * n + i * n + j] * q[j]
+                moved += c[3 + 2 * n + i * n + j] * dq[j, k]
+            turned += row * moved / far
+        for i in range(n):
+            dq[i, k] = (dq[i, k] - q[i] * turned / far) / far
+    q[:n] /= far
+
+
+@jit
 def _linearised(x: Floats, c: Floats, v: float, q: Floats, dq: Floats, a: Floats, added: Floats) -> None:
     """One step about x: how states answer states, a (n, n), and each number of the feedback, added (n, n m).
 
     q: variables and products as in `feedback_step`; dq (n + 1 + m, n): how they answer the states.
     """
     n, m = int(c[0]), int(c[1])
-    half = 3 + 2 * (n + 1)
+    half = 3 + (n + 1) * (n + 3)
     full = half + n * (n + 2)
     into = full + n * (n + 3)
     pairs = into + n * m
@@ -120,10 +140,10 @@ def _linearised(x: Floats, c: Floats, v: float, q: Floats, dq: Floats, a: Floats
             value = c[row + n] * x[0] + c[row + n + 1] * value
             for k in range(n):
                 value += c[row + k] * x[1 + k]
-        z = (value - c[3 + i]) / c[4 + n + i]
-        q[i] = min(1.0, max(-1.0, z))
+        q[i] = (value - c[3 + i]) / c[4 + n + i]
         for k in range(n):
-            dq[i, k] = c[half + i * (n + 2) + k] / c[4 + n + i] if i < n and abs(z) < 1.0 else 0.0
+            dq[i, k] = c[half + i * (n + 2) + k] / c[4 + n + i] if i < n else 0.0
+    _drawn_back(q, dq, c)
     for j in range(m):
         e, f = int(c[pairs + 2 * j]), int(c[pairs + 2 * j + 1])
         q[n + 1 + j] = q[e] * q[f]

@@ -62,12 +62,14 @@ class Feedback(Struct, frozen=True):
     """What drives the modes beside the input: `thrustd.model.feedback`.
 
     States in the order of the modes, real and imaginary part of a complex one, the input last; centre and scale of
-    each. into: per state, what each product of 2 up to `degree` of them adds to its mode's input.
+    each. within: rows of a lower triangle W; nothing grows beyond |W z| = 1. into: per state, what each product of 2
+    up to `degree` of them adds to its mode's input.
     """
 
     degree: Annotated[int, Meta(ge=2, le=5)]
     centre: Annotated[list[float], Meta(min_length=2, max_length=13)]
     scale: list[Positive]
+    within: list[list[float]]
     into: list[list[float]]
 
 
@@ -244,6 +246,8 @@ def _check_feedback(block: LinearBlock, feedback: Feedback, where: str) -> None:
     n = len(block.real_modes) + 2 * len(block.complex_modes)
     if not len(feedback.centre) == len(feedback.scale) == n + 1:
         raise ModelError(f"{where}: expected {n + 1} values of centre and of scale, one per state and the input's")
+    if [len(row) for row in feedback.within] != [n + 1] * (n + 1):
+        raise ModelError(f"{where}.within: expected {n + 1} rows of {n + 1} values")
     m = comb(n + 1 + feedback.degree, feedback.degree) - n - 2
     if len(feedback.into) != n or any(len(row) != m for row in feedback.into):
         raise ModelError(f"{where}.into: expected {n} rows (states) of {m} values (products)")

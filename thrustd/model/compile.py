@@ -52,8 +52,9 @@ def linear_stage(linear: LinearBlock, dt_s: float, name: str = "linear") -> Stag
     real_modes = [(m.tau_s, m.gain) for m in linear.real_modes]
     if linear.feedback is not None:
         modes = [(complex(-1 / tau), complex(gain)) for tau, gain in real_modes] + complex_modes
-        box = np.array(linear.feedback.centre), np.array(linear.feedback.scale)
-        return feedback(name, linear.direct, modes, linear.feedback.degree, box, np.array(linear.feedback.into), dt_s)
+        fed = linear.feedback
+        reach = np.array(fed.centre), np.array(fed.scale), np.array(fed.within)
+        return feedback(name, linear.direct, modes, fed.degree, reach, np.array(fed.into), dt_s)
     return sections(name, linear.direct, real_modes, complex_modes, dt_s, linear.hold)
 
 

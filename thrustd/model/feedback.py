@@ -3,15 +3,17 @@
 Every mode (unit DC gain, see `linear`) is driven by the input and by products of all states and the input,
 
     s_i' = p_i (s_i - v - sum_j E_ij phi_j(z)),    y = direct v + sum Re g_i s_i
-    z = (s, v) centred, scaled and held within -1 .. 1
+    z = (s, v) centred and scaled, drawn back to |W z| = 1 where it is larger
 
-a polynomial nonlinear state space (Paduart et al., Automatica 46(4), 2010) in modal coordinates. What is fed back stops
-growing where the data ended, so with stable modes no input makes it run away.
+a polynomial nonlinear state space (Paduart et al., Automatica 46(4), 2010) in modal coordinates. W: the ellipsoid that
+the data filled. What is fed back stops growing there, so with stable modes no input makes it run away. A box would not
+do: its corners are states that no data showed, and a polynomial can hold a mount there.
 
 Discretised as the linear block for input and modes. The products are taken in the middle of a step, where the modes
 alone would be (exponential midpoint rule), and held over it: second order in the step, small beside the modes.
 """
 
+import math
 from itertools import combinations_with_replacement
 
 import numpy as np
@@ -28,10 +30,22 @@ def products(n: int, degree: int) -> list[tuple[int, ...]]:
 
 
 @jit
+def beyond(z: Floats, at: int, c: Floats) -> float:
+    """|W z|, z from place `at` on: more than one outside of what the data showed."""
+    n, total = int(c[0]) + 1, 0.0
+    for i in range(n):
+        row = 0.0
+        for k in range(i + 1):
+            row += c[3 + 2 * n + i * n + k] * z[at + k]
+        total += row * row
+    return math.sqrt(total)
+
+
+@jit
 def feedback_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     """x: previous input, n states, then room for z (n + 1) and its m products; c: see `feedback`."""
     n, m, w0 = int(c[0]), int(c[1]), x[0]
-    half = 3 + 2 * (n + 1)  # rows of half a step: a (n), b0, b1
+    half = 3 + (n + 1) * (n + 3)  # rows of half a step: a (n), b0, b1
     full = half + n * (n + 2)  # rows of a whole step: a (n), b0, b1, gain
     into = full + n * (n + 3)  # rows of what each product adds
     pairs = into + n * m  # each product is one before it (or a z) times a z
@@ -43,7 +57,10 @@ def feedback_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
             value = c[row + n] * w0 + c[row + n + 1] * value
             for k in range(n):
                 value += c[row + k] * x[1 + k]
-        x[z + i] = min(1.0, max(-1.0, (value - c[3 + i]) / c[4 + n + i]))
+        x[z + i] = (value - c[3 + i]) / c[4 + n + i]
+    far = max(1.0, beyond(x, z, c))
+    for i in range(n + 1):
+        x[z + i] /= far
     for j in range(m):
         x[p + j] = x[z + int(c[pairs + 2 * j])] * x[z + int(c[pairs + 2 * j + 1])]
     y = c[2] * v
@@ -102,14 +119,15 @@ def feedback(
     direct: float,
     modes: list[tuple[complex, complex]],
     degree: int,
-    box: tuple[Floats, Floats],
+    reach: tuple[Floats, Floats, Floats],
     into: Floats,
     dt_s: float,
 ) -> Stage:
     """The block at one sample period.
 
-    modes: (pole in 1/s, complex gain), real ones with zero imaginary parts; a complex one is two states. box: centre
-    and half range (n + 1,) of all states and the input; into (n, m): what each product adds to every state's input.
+    modes: (pole in 1/s, complex gain), real ones with zero imaginary parts; a complex one is two states. reach: centre
+    and scale (n + 1,) of all states and the input, and W (n + 1, n + 1), lower triangle; into (n, m): what each
+    product adds to every state's input.
     """
     a, b0, b1 = _matrices(modes, dt_s)
     half = np.column_stack(_matrices(modes, dt_s / 2))
@@ -123,7 +141,7 @@ def feedback(
         pairs.ravel(),
         _settled(modes, dt_s),
     )
-    c = np.concatenate(([n, len(pairs), direct], *box, *table))
+    c = np.concatenate(([n, len(pairs), direct], *(part.ravel() for part in reach), *table))
     return Stage(name, feedback_step, c, 2 + 3 * n + len(pairs), initial=_at_rest)
 
 

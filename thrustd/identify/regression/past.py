@@ -19,6 +19,7 @@ from thrustd.identify.regression.solve import Progress, Solution, noise_level, s
 from thrustd.identify.regression.walk import NAMES, SIZE, lasts_h, walks
 from thrustd.identify.segments import DEFORMATION, Segment
 
+WALK_WORTH = 0.03  # of the squared error: a walk that removes less is left out
 LONG_H = 0.5  # of a recording that tells a walk
 SWINGS = 2 * len(NAMES)  # blocks of a recording, two of every half swing of its fastest mode
 PAST = float(np.log(1e4))  # of the likelihood, by which a past under load takes the place of rest, or of a walk
@@ -87,6 +88,11 @@ def walked(
     point = replace(found.point, terms=np.concatenate((found.point.terms, np.zeros(len(terms) * len(NAMES)))))
     strengths = found.precisions | {term.effect.name: 1.0 for term in terms}
     return solve(shape, point, records, strengths, progress=progress)
+
+
+def missed_less(walking: Solution, found: Solution) -> bool:
+    """Whether a walk takes away so much that it is believed."""
+    return walking.mean_square < (1.0 - WALK_WORTH) * found.mean_square
 
 
 def as_begun(found: Solution, records: Sequence[Record], segments: Sequence[Segment]) -> list[Record]:

@@ -13,7 +13,6 @@ from thrustd.core.columns import Floats
 from thrustd.identify.regression.shape import Point, Shape
 
 TIMES = 120
-TOGETHER = 0.5  # of the distance at which lags begin: nearer ones are one
 
 
 def reduced(shape: Shape, point: Point, order: int, pairs: int) -> tuple[Shape, Point]:
@@ -25,17 +24,6 @@ def reduced(shape: Shape, point: Point, order: int, pairs: int) -> tuple[Shape, 
     begin = np.zeros(new.sizes["begin"])
     less = replace(point, gain=gain, log_tau=np.log(tau_s), log_pole=poles.copy(), begin=begin)
     return new, replace(less, pair_gain=point.pair_gain[kept])
-
-
-def gathered(shape: Shape, point: Point) -> tuple[Shape, Point]:
-    """Without lags that do nothing; those that have come together are one, at their mean by gain."""
-    logs, gain = (each[np.argsort(point.log_tau)] for each in (point.log_tau, point.gain))
-    logs, gain = logs[gain != 0.0], gain[gain != 0.0]
-    spacing = float(np.diff(np.log(shape.taus_s)).mean())
-    groups = np.cumsum(np.diff(logs, prepend=logs[:1]) > TOGETHER * spacing)
-    sums = np.bincount(groups, gain).astype(np.float64)
-    means = np.bincount(groups, gain * logs) / sums
-    return replace(shape, taus_s=np.exp(means)), replace(point, log_tau=means, gain=sums)
 
 
 def fewer(tau_s: Floats, gain: Floats, count: int) -> tuple[Floats, Floats]:

@@ -20,6 +20,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.first_state import Beginning
 from thrustd.identify.regression.curve import beyond
+from thrustd.identify.regression.few import SURE, by_few
 from thrustd.identify.regression.friction import (
     YIELDING,
     begun,
@@ -29,9 +30,8 @@ from thrustd.identify.regression.friction import (
     law_of,
     yielding,
 )
-from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, remembering, walked
+from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, missed_less, remembering
 from thrustd.identify.regression.record import Record, head_of
-from thrustd.identify.regression.reduce import gathered
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, noise_level, solve, surprise
 from thrustd.identify.regression.stops import radii_of
@@ -46,8 +46,6 @@ SLOWEST = 4.0  # times the longest record: slower is a constant
 FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "offset": 1.0, "begin": 1.0}
 RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
-SURE = float(np.log(20.0))  # of the likelihood, by which a law takes the place of the usual one: 95 %
-WALK_WORTH = 0.03  # of the squared error: what removes less is left out
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
 
 
@@ -104,35 +102,7 @@ def _unyielding(
     if other.mean_square < found.mean_square:
         found, records = other, settled
     records = [begun_where(found, record) for record in records]
-    return _by_few(found, segments, records, progress), records
-
-
-def _by_few(
-    found: Solution, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
-) -> Solution:
-    """The same mount with a few lags that lie where the data put them, where these are surely likelier so.
-
-    A power law is a smooth spectrum; a rubber of a few modes is not, and two neighbours of a dense set follow a lag
-    between them but for an error that lasts, which is then taken for friction, or for a walk of the cell. A cell that
-    surely does walk (`with_walk`) is no cause to leave the spectrum.
-    """
-    if not found.point.gain.any():
-        return found
-    ends = float(found.shape.taus_s[0]), float(found.shape.taus_s[-1])
-    loose = replace(found.shape, move=True, limits_s=ends)
-    moved = solve(loose, found.point, records, found.precisions, progress=progress)
-    few = solve(*gathered(moved.shape, moved.point), records, moved.precisions, progress=progress)
-
-    def unlikely(one: Solution) -> float:
-        return surprise(one, few.noise_variance)
-
-    least = unlikely(few) + 2.0 * SURE
-    if unlikely(found) <= least:
-        return found
-    walking = walked(found, segments, records, progress)
-    if walking is not None and _missed_less(walking, found) and unlikely(walking) <= least:
-        return found
-    return few
+    return by_few(found, segments, records, progress), records
 
 
 def _surely(one: Solution, other: Solution, counts: int) -> bool:
@@ -183,12 +153,7 @@ def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress |
         return surprise(one, lasting)
 
     other = min(trials, key=unlikely)
-    return other if unlikely(other) < unlikely(found) and _missed_less(other, found) else found
-
-
-def _missed_less(walking: Solution, found: Solution) -> bool:
-    """Whether a walk takes away so much that it is believed."""
-    return walking.mean_square < (1.0 - WALK_WORTH) * found.mean_square
+    return other if unlikely(other) < unlikely(found) and missed_less(other, found) else found
 
 
 def begun_as(found: Solution, records: Sequence[Record], segments: Sequence[Segment]) -> list[Record]:

@@ -24,7 +24,7 @@ from thrustd.model.artifact import Feedback, LinearBlock, ModelSpec, PiecewiseLi
 
 CHOSEN = ("linear.*", "output_curve.y.*")
 SHAPES = ((2, 3), (3, 2), (3, 3), (4, 2))  # orders and degrees that compete
-MARGIN = 1.25  # the box reaches so far beyond what the data do, in units of half their range
+MARGIN = 1.25  # what is fed back grows so far beyond what the linear model's states do
 ROWS_PER_NUMBER = 8
 TRIED, FINAL = 16_000, 40_000  # samples
 TRIAL, FURTHER, PATIENT = 24, 16, 60  # iterations; the last for short records, which cost little
@@ -84,14 +84,23 @@ def _count(order: int, degree: int) -> int:
 
 
 def _with_feedback(spec: ModelSpec, degree: int, segments: Sequence[Segment]) -> ModelSpec:
-    """No feedback yet, with the box that the linear model's states fill."""
+    """No feedback yet, within the ellipsoid that the linear model's states fill."""
     reached = np.concatenate([_states(spec.linear, s) for s in segments])
     low, high = reached.min(axis=0), reached.max(axis=0)
     n = reached.shape[1] - 1
     into = [[0.0] * _count(n, degree) for _ in range(n)]
-    box = ((low + high) / 2).tolist(), (MARGIN * np.maximum(high - low, 1e-12 * (high - low).max()) / 2).tolist()
-    linear = msgspec.structs.replace(spec.linear, feedback=Feedback(degree, *box, into))
-    return msgspec.structs.replace(spec, linear=linear)
+    centre, scale = (low + high) / 2, MARGIN * np.maximum(high - low, 1e-12 * (high - low).max()) / 2
+    within = _filled((reached - centre) / scale) / MARGIN
+    feedback = Feedback(degree, centre.tolist(), scale.tolist(), within.tolist(), into)
+    return msgspec.structs.replace(spec, linear=msgspec.structs.replace(spec.linear, feedback=feedback))
+
+
+def _filled(z: Floats) -> Floats:
+    """W (n, n), lower triangle, of the ellipsoid |W z| <= 1 that has the shape of these and holds them all."""
+    moments = z.T @ z / len(z)
+    moments += 1e-9 * np.trace(moments) * np.eye(len(moments))  # states that move together fill no volume
+    inverse = np.linalg.inv(np.linalg.cholesky(moments))
+    return np.asarray(inverse / np.linalg.norm(z @ inverse.T, axis=1).max(), float)
 
 
 def _states(linear: LinearBlock, segment: Segment) -> Floats:
