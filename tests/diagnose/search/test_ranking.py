@@ -141,7 +141,7 @@ def test_a_pair_is_tried_where_a_single_effect_leaves_less_but_is_not_told_from_
     pair = SimpleNamespace(terms=(SimpleNamespace(free=()), SimpleNamespace(free=())), removes=0.5)
     looked = SimpleNamespace(term=SimpleNamespace(effect=SimpleNamespace(word="d")))
     looks = SimpleNamespace(looked=[looked], table=None, probes=[], terms=[])
-    monkeypatch.setattr(ranking, "leading", lambda looked: looked)
+    monkeypatch.setattr(ranking, "leading", lambda looked, **_: looked)
     monkeypatch.setattr(ranking, "grown", lambda *_: drift)
     monkeypatch.setattr(ranking, "singles", lambda *_: [])
     monkeypatch.setattr(ranking, "screened_pairs", lambda *_: [pair])

@@ -34,7 +34,7 @@ from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import advanced, grown_from, look, pruned
 from thrustd.diagnose.search.reading import like, without_tremble
-from thrustd.diagnose.search.screen import leading
+from thrustd.diagnose.search.screen import TRIED, leading
 from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
@@ -46,6 +46,7 @@ from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ErrorMap, ModelSpec, ValidRange
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
+from thrustd.model.modulated import BY
 from thrustd.records.recording import Recording
 
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
@@ -118,12 +119,14 @@ def _fitted(
 
     And every set that was estimated.
     """
-    looks = look(base, rows, nothing, [law for laws in chosen.values() for law in laws], rig)
+    laws = [law for laws in chosen.values() for law in laws]
+    looks = look(base, rows, nothing, laws, rig)
+    most = max(2 * TRIED, 2 * sum(BY in law.name for law in laws))  # the search estimates all that follow a channel
     best, beam = nothing, [nothing]
     all_tried: list[Joint] = []
     for i in range(len(chosen)):
         tell = partial(_tell, progress, 0.85 * i / len(chosen))
-        grown = grown_from(base, rows, looks, best, beam, tell)
+        grown = grown_from(base, rows, looks, best, beam, tell, most)
         all_tried += grown
         step = advanced(base, nothing, best, grown)
         if step is None:

@@ -111,7 +111,10 @@ def clearest(curves: Sequence[Followed]) -> tuple[Followed, ...]:
     return tuple(sorted(curves, key=lambda c: (not nearly(best, c), len(c.parts), c.mse))[:3])
 
 
-def another(curves: Sequence[Followed], own: AbstractSet[str]) -> list[Followed]:
-    """Those along other channels than a law's own; one of them times what hardly varies is no other."""
-    same = [one for one in curves if set(one.parts) <= own]
+def another(curves: Sequence[Followed], own: Sequence[AbstractSet[str]]) -> list[Followed]:
+    """Those along other channels than any one law's own; one of these times what hardly varies is no other.
+
+    What joins two channels, of which two laws read one each, no law reads.
+    """
+    same = [one for one in curves if any(set(one.parts) <= channels for channels in own)]
     return [c for c in curves if c not in same and not any(set(s.parts) < set(c.parts) and nearly(c, s) for s in same)]

@@ -133,8 +133,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     """The best set, `none`, or `unknown` where one free curve does better than every law and moves no core instead."""
     best, floor = ranked.best, floor_of(ranked.best, base) ** 2
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
-    own = {channel for law in laws for channel in law.channels}
-    curves = [c for c in another(ranked.curves, own) if not borrowed(c, best)]
+    curves = [c for c in another(ranked.curves, [set(law.channels) for law in laws]) if not borrowed(c, best)]
     several = len(best.terms) > 1 or (best.terms and not laws)
     alone = [c for c in curves if c.mse <= best.mse]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it

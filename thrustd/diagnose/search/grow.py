@@ -38,3 +38,16 @@ def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
 def begin_at(term: Term) -> list[float]:
     """Nearly neutral amplitudes, a tenth of typical, and shapes at their starts."""
     return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
+
+
+def unheard(looked: Iterable[Looked], member: Joint, tried: Sequence[Joint]) -> list[Looked]:
+    """Other effects that leave as little at a linear look as the best estimated: none of them loses by its place.
+
+    Where many laws explain everything, as they do a thing that settles once, a look does not say whose turn it is.
+    """
+    least, words = min(fit.mse for fit in tried), {word for fit in tried for word in fit.words}
+    found: dict[str, Looked] = {}
+    for one in looked:
+        if one.term.effect.word not in words and (1.0 - one.removes) * member.mse <= least:
+            found.setdefault(one.term.effect.word, one)
+    return list(found.values())

@@ -8,7 +8,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, rivals, stands
-from thrustd.diagnose.search.floor import mostly
+from thrustd.diagnose.search.floor import at_floor, mostly
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
@@ -37,17 +37,24 @@ def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) 
 
 
 def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint:
-    """Each law by the one of its word with fewer shapes, where held-back blocks do not tell the two.
+    """Each law by the one of its word with as many shapes as held-back blocks tell, begun where it ended.
 
-    A shape of which these data say nothing would be its prior's in flight: two chambers, each at one temperature, do
-    not say how late a mount warms.
+    A law with more shapes may end elsewhere from its own starts. A shape of which these data say nothing would be its
+    prior's in flight: two chambers, each at one temperature, do not say how late a mount warms.
     """
-    for i, term in enumerate(best.terms):
-        for law in _simpler(term):
-            begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
-            fewer, start = _begun(next(terms_of(law, rig)), best.terms[i].values(begun[i]))
-            terms = (*best.terms[:i], fewer, *best.terms[i + 1 :])
-            trial = joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
+
+    def instead(i: int, law: Effect) -> Joint:
+        begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
+        other, start = _begun(next(terms_of(law, rig)), best.terms[i].values(begun[i]))
+        terms = (*best.terms[:i], other, *best.terms[i + 1 :])
+        return joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
+
+    for i in range(len(best.terms)):
+        for law in [] if at_floor(best, base) else _richer(best.terms[i]):
+            trial = instead(i, law)
+            best = trial if trial.shown and gained(best, trial) else best
+        for law in _simpler(best.terms[i]):
+            trial = instead(i, law)
             best = trial if numbers_of(trial) <= numbers_of(best) and not gained(trial, best, 0.0) else best
     return best
 
@@ -88,6 +95,13 @@ def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
         away = values.get(p.name, neutral[p.name]) - neutral[p.name]
         start.append(away / (begun.std.get(p.name) or p.spread) if p.name not in here and away else 0.0)
     return begun, np.array(start)
+
+
+def _richer(term: Term) -> list[Effect]:
+    """Laws of the same word with all of its parameters and more, those with fewest more first."""
+    mine = {p.name for p in term.effect.parameters}
+    more = [law for law in laws_like(term.effect) if {p.name for p in law.parameters} > mine]
+    return sorted(more, key=lambda law: len(law.parameters))
 
 
 def _simpler(term: Term) -> Iterator[Effect]:

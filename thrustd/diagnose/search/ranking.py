@@ -14,11 +14,12 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, estimated, followed
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, hardly_anything, left
-from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside
+from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside, unheard
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, curve_sigma, laws, terms_of
 from thrustd.diagnose.search.screen import (
     SAYS,
+    TRIED,
     Looked,
     Probe,
     Table,
@@ -119,14 +120,28 @@ def rank(
 
 
 def grown_from(
-    base: Base, records: Sequence[Record], looks: Looks, best: Joint, beam: Sequence[Joint], tell: Callable[[str], None]
+    base: Base,
+    records: Sequence[Record],
+    looks: Looks,
+    best: Joint,
+    beam: Sequence[Joint],
+    tell: Callable[[str], None],
+    most: int = 2 * TRIED,
 ) -> list[Joint]:
-    """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single stands."""
+    """Every set of the beam with one effect more, estimated whole; from nothing a pair where no single stands.
+
+    By `most` laws at most, those that look best.
+    """
     found: list[Joint] = []
     for member in beam:
-        for one in leading(looks.looked if not member.terms else seen_beside(base, member, looks.terms, member.words)):
+        seen = seen_beside(base, member, looks.terms, member.words) if member.terms else looks.looked
+        own: list[Joint] = []
+        for one in leading(seen, most=most):
             tell(one.term.effect.word)
-            found.append(grown(base, records, member, one))
+            own.append(grown(base, records, member, one))
+        if any(stands(best, fit) for fit in own):
+            own += [grown(base, records, member, one) for one in unheard(seen, member, own)]
+        found += own
     if not best.terms and not any(stands(best, fit) for fit in found):  # together they may say what none says alone
         helped = any(gained(best, fit) for fit in found)
         pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
