@@ -101,3 +101,13 @@ def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
     assert values["stiffness_1_k"] == pytest.approx(-2e-4, abs=1e-4)
     assert values["expansion_mm_k"] == pytest.approx(1e-4, abs=4e-5)
     assert not [name for name in values if name in ("lag_s", "surface_s")]  # which steady temperatures do not tell
+
+
+@pytest.mark.parametrize("growth", [0.0, 2.0])
+def test_friction_that_a_model_had_as_an_effect_is_in_the_model_that_is_written(growth):
+    """A model that nobody identified here: its stops are known by their values alone."""
+    stops = EffectSpec("hysteresis_stops", {"travel_mm": 1.0, "growth": growth, "friction_08_n": 60.0}, {})
+    measured = record([stops, inertia(100.0)])
+    more = extend(mount(effects=[stops]), [measured], ["axial_inertia"])
+    assert not more.remarks
+    assert compare({"more": more.spec}, [measured]).comparisons[0].rmse_n < 1.1 * more.rmse_after_n

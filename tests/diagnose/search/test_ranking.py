@@ -143,6 +143,7 @@ def test_a_pair_is_tried_where_a_single_effect_leaves_less_but_is_not_told_from_
     looks = SimpleNamespace(looked=[looked], table=None, probes=[], terms=[])
     monkeypatch.setattr(ranking, "leading", lambda looked, **_: looked)
     monkeypatch.setattr(ranking, "grown", lambda *_: drift)
+    monkeypatch.setattr(ranking, "unheard", lambda *_: [])
     monkeypatch.setattr(ranking, "singles", lambda *_: [])
     monkeypatch.setattr(ranking, "screened_pairs", lambda *_: [pair])
     monkeypatch.setattr(ranking, "begin_at", lambda term: np.zeros(0))

@@ -43,12 +43,14 @@ from thrustd.identify.regression.posterior import kept, with_own_stops
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.table import FRICTION, spec_of
 from thrustd.identify.segments import Segment
+from thrustd.identify.sensitivity import residuals
 from thrustd.model.artifact import ErrorMap, ModelSpec, ValidRange
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 from thrustd.model.modulated import BY
 from thrustd.records.recording import Recording
 
+MISSED = 1.1  # times what the fit leaves: a model that leaves more does not keep its promise
 LEAST = 1e-3  # of the squared error: an effect asked for that removes less is not there
 
 
@@ -90,7 +92,27 @@ def extend(
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     was, after = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
-    return ExtendReport(written, fit.words, was, after, tuple(estimates_of(base, fit, same)), left_out, base.roles.unit)
+    missed = _missed(spec, written, base, fit, segments, was)
+    numbers = tuple(estimates_of(base, fit, same))
+    return ExtendReport(written, fit.words, was, after, numbers, left_out, base.roles.unit, remarks=missed)
+
+
+def _missed(
+    spec: ModelSpec, written: ModelSpec, base: Base, fit: Joint, segments: Sequence[Segment], was: float
+) -> tuple[str, ...]:
+    """What is said of a model that leaves more of these records than the fit that it was made from.
+
+    ModelError where it leaves more than the model before.
+    """
+    begun = [begun_at(s, r.beginning) for s, r in zip(segments, fit.records, strict=True)]
+    own, before_n = (
+        rms(np.concatenate([residuals(lateness(one)[0], segment) for segment in begun])) for one in (written, spec)
+    )
+    fitted, unit = base.scale * float(np.sqrt(fit.solution.mean_square)), base.roles.unit
+    said = f"the model leaves {own:.4g} {unit} of these records where its fit leaves {fitted:.4g} {unit}"
+    if own > max(before_n, was):
+        raise ModelError(f"{spec.name}: {said}, and the model before {before_n:.4g} {unit}; no model written")
+    return (said,) if own > MISSED * fitted else ()
 
 
 def _possible(
@@ -119,9 +141,9 @@ def _fitted(
 
     And every set that was estimated.
     """
-    laws = [law for laws in chosen.values() for law in laws]
-    looks = look(base, rows, nothing, laws, rig)
-    most = max(2 * TRIED, 2 * sum(BY in law.name for law in laws))  # the search estimates all that follow a channel
+    every = [law for laws in chosen.values() for law in laws]
+    looks = look(base, rows, nothing, every, rig)
+    most = max(2 * TRIED, 2 * sum(BY in law.name for law in every))  # the search estimates all that follow a channel
     best, beam = nothing, [nothing]
     all_tried: list[Joint] = []
     for i in range(len(chosen)):

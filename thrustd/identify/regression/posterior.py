@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import compress
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression import walk
@@ -20,6 +21,7 @@ from thrustd.model.effects.hysteresis_stops import GROWTH, USUAL, WEIGHTS
 from thrustd.model.stage import DEFORMATION
 
 WALK = "walk"  # among the strengths of a posterior
+GIVEN = 1e8  # information on a number that was given: as good as known
 
 
 def kept(found: Solution, effects: Sequence[str] = ()) -> Posterior:
@@ -77,43 +79,45 @@ def _estimated(term: Term) -> Estimated:
 def with_own_stops(found: Solution) -> Solution:
     """The same mount, stops that came as an effect among its own: what is known is known of their sum."""
     shape, where = found.shape, found.shape.parts()
-    parts = list(
-        zip(shape.terms, split(shape.terms, np.arange(where["terms"].start, where["terms"].stop)), strict=True)
-    )
-    added = [(term, at) for term, at in parts if term.effect is STOPS]
-    if not added:
+    places = split(shape.terms, np.arange(where["terms"].start, where["terms"].stop))
+    parts = list(zip(shape.terms, places, strict=True))
+    term, at = next(((term, at) for term, at in parts if term.effect is STOPS), (None, None))
+    if term is None or at is None:
         return found
-    (term, at), own = added[0], len(shape.radii)
-    weights = np.array([p.amplitude for p in term.free], bool)
+    values = term.values(found.point.terms[at - where["terms"].start])
+    weights, own = np.array([p.amplitude for p in term.free], bool), len(shape.radii)
     came, grew = at[weights], at[~weights]  # an estimated growth: there are no own stops then
+    vector, free, information = found.point.vector(shape), found.free, found.information
+    if values[GROWTH.name] != 0.0 and not len(grew) and not shape.grows:  # a growth that the effect was given
+        grew, vector, free = np.array([shape.n]), np.append(vector, 0.0), np.append(free, False)
+        information = block_diag(information, GIVEN)
     others = np.concatenate([at for one, at in parts if one is not term] or [came[:0]])
     before, behind = np.arange(where["stops"].start), np.arange(where["begin"].start, shape.n)
-    unit = np.array([term.std[name] for name in WEIGHTS]) / shape.output_scale
     order = np.concatenate((before, grew, came, others, behind)).astype(int)  # of the new numbers, in the old vector
-    own_from = len(before) + len(grew)
-    scale = np.ones(len(order))
-    scale[own_from : own_from + len(came)] = 1.0 / unit
-    scale[len(before) : own_from] = 1.0 / GROWTH.spread
-    turn = np.zeros((shape.n, len(order) + own))  # old numbers of the new ones and, last, of the own stops as they were
-    turn[order, np.arange(len(order))] = scale
-    turn[where["stops"], len(order) :] = np.eye(own)
+    there = slice(len(before) + len(grew), len(before) + len(grew) + len(came))
+    unit, scale = np.array([term.std[name] for name in WEIGHTS]) / shape.output_scale, np.ones(len(order))
+    scale[there], scale[len(before) : there.start] = 1.0 / unit, 1.0 / GROWTH.spread
     first = len(came) - own  # finer ones, which the mount did not have before
-    turn[came[first:], len(order) :] = -np.diag(1.0 / unit[first:])
-    vector = found.point.vector(shape)
-    new = vector[order] / scale
-    new[len(before) : own_from] = term.values(found.point.terms[at - where["terms"].start])[GROWTH.name]
-    last = slice(own_from + first, own_from + len(came))
+    last = slice(there.start + first, there.stop)
+    new, freed = vector[order] / scale, free[order]
+    new[len(before) : there.start] = values[GROWTH.name]
+    # an effect that the model had lies about its own values
+    new[there] = [values[p.name] / shape.output_scale for p in term.free if p.amplitude]
     new[last] += vector[where["stops"]]
-    free = found.free[order]
-    free[last] |= found.free[where["stops"]]
-    gathered = replace(
-        shape,
-        radii=radii_of(travel(shape.f_grid)),
-        grows=shape.grows or len(grew) > 0,
-        terms=tuple(one for one in shape.terms if one is not term),
-    )
-    information = _over(turn.T @ found.information @ turn, np.arange(turn.shape[1]) < len(order))
-    return replace(found, shape=gathered, point=found.point.at(gathered, new), information=information, free=free)
+    freed[last] |= free[where["stops"]]
+    turn = np.zeros((len(vector), len(order) + own))  # old numbers of the new and, last, of the own stops as they were
+    turn[order, np.arange(len(order))], turn[where["stops"], len(order) :] = scale, np.eye(own)
+    turn[came[first:], len(order) :] = -np.diag(1.0 / unit[first:])
+    information = _over(turn.T @ information @ turn, np.arange(turn.shape[1]) < len(order))
+    gathered = _gathered(shape, term, values["travel_mm"], shape.grows or len(grew) > 0)
+    return replace(found, shape=gathered, point=found.point.at(gathered, new), information=information, free=freed)
+
+
+def _gathered(shape: Shape, stops: Term, travel_mm: float, grows: bool) -> Shape:
+    """With these stops as the mount's own, on the radii of those that it has, or on theirs."""
+    reach = travel(shape.f_grid) if len(shape.radii) else travel_mm
+    terms = tuple(one for one in shape.terms if one is not stops)
+    return replace(shape, radii=radii_of(reach), grows=grows, terms=terms)
 
 
 def _over(information: Floats, own: Flags) -> Floats:
