@@ -24,7 +24,7 @@ from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import SEARCHED, Base
 from thrustd.diagnose.search.better import eased, gained, rivals, simplest
 from thrustd.diagnose.search.candidates import judgeable
-from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
+from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.grow import joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
@@ -43,7 +43,6 @@ from thrustd.identify.regression.posterior import kept, with_own_stops
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.table import FRICTION, spec_of
 from thrustd.identify.segments import Segment
-from thrustd.identify.sensitivity import residuals
 from thrustd.model.artifact import ErrorMap, ModelSpec, ValidRange
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
@@ -105,9 +104,7 @@ def _missed(
     ModelError where it leaves more than the model before.
     """
     begun = [begun_at(s, r.beginning) for s, r in zip(segments, fit.records, strict=True)]
-    own, before_n = (
-        rms(np.concatenate([residuals(lateness(one)[0], segment) for segment in begun])) for one in (written, spec)
-    )
+    own, before_n = (rms(np.concatenate([s.force_n - simulate(one, s) for s in begun])) for one in (written, spec))
     fitted, unit = base.scale * float(np.sqrt(fit.solution.mean_square)), base.roles.unit
     said = f"the model leaves {own:.4g} {unit} of these records where its fit leaves {fitted:.4g} {unit}"
     if own > max(before_n, was):
