@@ -17,6 +17,7 @@ from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.effect import Effect
 from thrustd.model.effects import laws_like
+from thrustd.model.stage import DEFORMATION
 
 
 def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) -> Ranked:
@@ -50,7 +51,7 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
         return joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
 
     for i in range(len(best.terms)):
-        for law in [] if at_floor(best, base) else _richer(best.terms[i]):
+        for law in [] if at_floor(best, base) else _richer(best.terms[i], records):
             trial = instead(i, law)
             best = trial if trial.shown and gained(best, trial) else best
         for law in _simpler(best.terms[i]):
@@ -97,10 +98,11 @@ def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
     return begun, np.array(start)
 
 
-def _richer(term: Term) -> list[Effect]:
-    """Laws of the same word with all of its parameters and more, those with fewest more first."""
-    mine = {p.name for p in term.effect.parameters}
-    more = [law for law in laws_like(term.effect) if {p.name for p in law.parameters} > mine]
+def _richer(term: Term, records: Sequence[Record]) -> list[Effect]:
+    """Laws of the same word with all of its parameters and more that these records can judge, fewest more first."""
+    mine, there = {p.name for p in term.effect.parameters}, set[str]().union(*(one.channels for one in records))
+    able = [law for law in laws_like(term.effect) if set(law.channels) - {DEFORMATION} <= there]
+    more = [law for law in able if {p.name for p in law.parameters} > mine]
     return sorted(more, key=lambda law: len(law.parameters))
 
 
