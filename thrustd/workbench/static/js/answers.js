@@ -1,6 +1,5 @@
 // What was found so far about the chosen model and recordings, and whether it still holds.
-import { typeset } from "./format.js";
-import { madeBy, stepOf } from "./ledger.js";
+import { madeBy } from "./ledger.js";
 import { model, recording, session, store } from "./store.js";
 
 // whether a job was asked of these files as they are read now: their content, columns, excluded stretches
@@ -27,11 +26,4 @@ export function outdated(name) {
       return job;
   }
   return null;
-}
-
-// what speaks against the chosen model on the recordings that check it
-export function against(name) {
-  const step = stepOf(name),
-    bad = step?.heldout?.some((one) => one.contradicted && one.model === name);
-  return bad ? typeset(`${step.remarks.join("; ")}.`) : "";
 }

@@ -1,10 +1,9 @@
 // What is always there: the loop's steps, the choice of model and recordings, the next step in words, running work.
 
-import { against } from "./answers.js";
 import { fill, h, keepFocus, select } from "./dom.js";
 import { newtons } from "./format.js";
 import { nextStep } from "./guide.js";
-import { bar, ledgerOf } from "./ledger.js";
+import { bar, ledgerOf, stepOf } from "./ledger.js";
 import { showNotices } from "./notices.js";
 import { readNext } from "./steps.js";
 import { attempt, cancel, choose, store } from "./store.js";
@@ -16,6 +15,7 @@ import { histories } from "./views/histories.js";
 import { identify } from "./views/identify.js";
 import { missing } from "./views/missing.js";
 import { overview } from "./views/overview.js";
+import { against } from "./way_back.js";
 
 const VIEWS = { overview, identify, histories, fails, missing, add, flight, flighttest: flightTest };
 const NAMES = {
@@ -213,7 +213,14 @@ export class Frame {
         "choose a recording",
         one("measured"),
       ),
-      chooser("Check on", "recording nothing is fitted to", names, session.heldout[0] ?? "", "none", one("heldout")),
+      chooser(
+        "Check on",
+        "recording nothing is fitted to",
+        names,
+        session.heldout[0] ?? "",
+        "none",
+        (name) => attempt(choose)({ heldout: name ? [name] : [], unchecked: !name }), // none: its name does not make it one again
+      ),
       chooser("Bench", "bench recording", names, session.bench[0] ?? "", "none", one("bench")),
     );
   }
@@ -228,7 +235,7 @@ export class Frame {
 
   drawGuide() {
     const next = (this.next = nextStep()),
-      bad = against(store.server.session.model);
+      bad = next?.doubt ? "" : against(stepOf(store.server.session.model));
     if (this.same("guide", next?.say, next?.label, next?.other?.label, bad)) return;
     fill(
       this.guide,

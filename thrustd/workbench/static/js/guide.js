@@ -2,6 +2,7 @@
 import { latest, outdated } from "./answers.js";
 import { newtons, typeset } from "./format.js";
 import { askedOf, stepOf } from "./ledger.js";
+import { afterwards, revealed } from "./sealed.js";
 import {
   compareNow,
   compiled,
@@ -12,8 +13,9 @@ import {
   identifyNow,
   revealNow,
 } from "./steps.js";
-import { choose, model, session, store } from "./store.js";
+import { choose, session, store } from "./store.js";
 import { nameColumns } from "./views/columns_panel.js";
+import { takenBack, wayBack } from "./way_back.js";
 
 const go = (view) => {
   location.hash = view;
@@ -93,6 +95,8 @@ export function nextStep() {
       go: () => choose({ heldout: left }),
       other: { label: "Go on without a check", go: () => choose({ unchecked: true }) },
     };
+  const back = wayBack(chosen.model);
+  if (back) return back;
   const compared = latest("compare"),
     asked = latest("diagnose");
   if (!compared)
@@ -178,14 +182,26 @@ export const GRADES = {
 function afterDiagnosis(asked, chosen) {
   const effects = asked.verdict.filter((name) => !["none", "unknown"].includes(name)),
     laws = asked.candidates.filter((c) => c.in_verdict).map((c) => c.name);
+  const curve = asked.verdict.includes("unknown") && !unread(asked) ? asked.curves?.[0] : null;
+  const named = effects.length ? effects.join(" and ") : curve,
+    offered = effects.length ? laws : [curve],
+    refuted = takenBack(offered);
+  if (refuted)
+    return {
+      view: "missing",
+      say: `${refuted} It was taken back. Try another candidate, a hypothesis of your own, or another recording under Check on.`,
+      label: store.view === "missing" ? null : "See the candidates",
+      go: () => go("missing"),
+      other: { label: `Add ${named} again`, go: () => goAndAdd(offered) },
+    };
   if (effects.length)
     return {
       view: "add",
       say:
-        `The data ask for ${effects.join(" and ")} (${asked.grade}: ${GRADES[asked.grade]}). ` +
+        `The data ask for ${named} (${asked.grade}: ${GRADES[asked.grade]}). ` +
         `Promised: ${newtons(asked.rmse_before_n)} → ${newtons(asked.rmse_after_n)} on held-back blocks` +
         `; the floor is ${newtons(asked.floor_n)}${asked.more_left ? ", and something else is missing too" : ""}.`,
-      label: `Add ${effects.join(" and ")}`,
+      label: `Add ${named}`,
       go: () => goAndAdd(laws),
       kinds: ["extend"],
     };
@@ -199,7 +215,6 @@ function afterDiagnosis(asked, chosen) {
       label: store.view === "add" ? null : store.view === "overview" ? "Save and compile" : "See found and true",
       go: () => go(store.view === "overview" ? "add" : "overview"),
     };
-  const curve = asked.verdict.includes("unknown") && !unread(asked) ? asked.curves?.[0] : null;
   if (curve)
     return {
       view: store.view === "missing" ? "add" : "missing",
@@ -265,28 +280,4 @@ function checked({ model: name }) {
   return found.length
     ? `Checked on ${found.map((one) => `${one.recording}: ${newtons(one.rmse_n)}`).join(", ")}.`
     : "It was not checked on another recording.";
-}
-
-// the opened answer of the running exercise
-export function revealed() {
-  const job = store.server.jobs.find(
-    (one) => one.kind === "reveal" && one.state === "done" && one.result.exercise === session().exercise,
-  );
-  return job?.result ?? null;
-}
-
-// a variant is named after its effect: hysteresis_preisach is hysteresis
-export const effectOf = (name, known) => known.find((word) => name === word || name.startsWith(word + "_")) ?? name;
-
-function afterwards(truth) {
-  const hidden = truth.effects.map((one) => one.effect),
-    held = (model(session().model)?.effects ?? []).map((one) => effectOf(one.name, hidden));
-  const missed = hidden.filter((name) => !held.includes(name)),
-    extra = held.filter((name) => !hidden.includes(name));
-  if (!missed.length && !extra.length)
-    return `Found: ${hidden.join(" and ")} was hidden, and that is what the model holds.`;
-  return (
-    `${hidden.join(" and ")} was hidden; the model holds ${held.join(" and ") || "no effect"}. ` +
-    "Their forces may look alike on these data: see what separates them under What is missing."
-  );
 }

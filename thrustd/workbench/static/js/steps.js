@@ -1,9 +1,10 @@
 // The steps of the loop as orders to the worker.
 
-import { against, latest } from "./answers.js";
+import { latest } from "./answers.js";
 import { newtons } from "./format.js";
 import { parentOf } from "./ledger.js";
 import { byItself, order, running, say, session, store } from "./store.js";
+import { against } from "./way_back.js";
 
 export async function exerciseNow(strength = 3) {
   return order("exercise", { strength: typeof strength === "number" ? strength : 3 });
@@ -56,7 +57,7 @@ export async function extendWith(effects) {
   });
   if (job.state !== "done") return;
   const fall = `${newtons(job.result.rmse_before_n)} → ${newtons(job.result.rmse_after_n)} on held-back blocks`,
-    bad = against(job.result.model);
+    bad = against(job.result);
   say(`${job.result.effects.join(" and ")} added: ${fall}. ${bad}`, bad ? "problem" : "ok");
 }
 

@@ -1,14 +1,14 @@
 // Add it: the error ledger as falling bars, the numbers found, undo, save, compile, report.
 
 import { latest } from "../answers.js";
-import { post } from "../api.js";
 import { curveChart } from "../charts.js";
 import { fill, h, heading, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
 import { newtons, toldSize, typeset } from "../format.js";
 import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
 import { compareNow, diagnoseNow, extendWith } from "../steps.js";
-import { attempt, byItself, model, refresh, report, running, say, session } from "../store.js";
+import { attempt, byItself, model, report, running, session } from "../store.js";
+import { takeBack } from "../way_back.js";
 import { removed, WORTH } from "../worth.js";
 import { keepJobs, keepPanel } from "./keep.js";
 
@@ -97,17 +97,7 @@ export function add(root) {
       [
         h(
           "span.push.buttons",
-          h(
-            "button",
-            {
-              onclick: attempt(async () => {
-                const kept = await post("api/undo", card.name);
-                await refresh();
-                say(`${kept.model} is chosen again; ${card.name} was put aside`, "ok");
-              }),
-            },
-            "Undo",
-          ),
+          h("button", { onclick: attempt(() => takeBack(card.name)) }, "Undo"),
           h(
             "button",
             {

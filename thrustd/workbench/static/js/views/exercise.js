@@ -1,7 +1,7 @@
 // The hidden-effect exercise: what it is, and once its answer is open, what was found beside what is true.
 import { h, table } from "../dom.js";
 import { newtons, number, plusMinus, signed } from "../format.js";
-import { effectOf, revealed } from "../guide.js";
+import { effectOf, revealed } from "../sealed.js";
 import { exerciseNow, revealNow } from "../steps.js";
 import { attempt, model, running, session } from "../store.js";
 
