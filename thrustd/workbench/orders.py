@@ -28,6 +28,13 @@ class Simulate(Order, frozen=True):
     models: Names
 
 
+class Replay(Order, frozen=True):
+    """Estimates of a flight log, in a new log."""
+
+    recording: str
+    out: str
+
+
 class Exercise(Order, frozen=True):
     """The twin hides an effect nobody is told."""
 
@@ -125,7 +132,19 @@ class Figure(Order, frozen=True):
 
 
 Any_ = (
-    Figure | Prepare | Simulate | Exercise | Reveal | Fit | Compare | Diagnose | Extend | Compile | Report | FlightTest
+    Figure
+    | Prepare
+    | Simulate
+    | Replay
+    | Exercise
+    | Reveal
+    | Fit
+    | Compare
+    | Diagnose
+    | Extend
+    | Compile
+    | Report
+    | FlightTest
 )
 
 
@@ -163,6 +182,7 @@ def _title(order: Any_) -> str:
 TITLES: dict[type[Order], str] = {
     Prepare: "read {recording}",
     Simulate: "run {models} on {recording}",
+    Replay: "replay {recording}",
     Exercise: "make a hidden-effect exercise",
     Reveal: "open the sealed answer",
     Fit: "identify {out} from {recordings}",

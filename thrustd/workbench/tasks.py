@@ -85,6 +85,7 @@ TASKS: dict[str, Task] = {
     "prepare": _call("prepare", "prepare", "recording"),
     "adopt": _call("prepare", "adopt", "incoming", "name"),
     "simulate": _call("model_runs", "simulate_models", "recording", "models"),
+    "replay": _call("replaying", "replay_log"),
     "exercise": _call("exercise", "make_exercise"),
     "reveal": _call("exercise", "reveal"),
     "fit": _kept("finding", "fit", _fitted),

@@ -3,7 +3,7 @@ import { madeBy } from "./ledger.js";
 import { model, recording, session, store } from "./store.js";
 
 // whether a job was asked of these files as they are read now: their content, columns, excluded stretches
-const upToDate = ({ result: { files = {} } }) =>
+export const upToDate = ({ result: { files = {} } }) =>
   Object.entries(files).every(([name, key]) => (recording(name) ?? model(name))?.key === key);
 
 // the latest finished answer about exactly this model and these recordings, as they are read now

@@ -29,6 +29,8 @@ const NAMES = {
   flighttest: "Flight test",
 };
 
+const FLIGHTS = ["flight", "flighttest"]; // what stands beside the loop
+
 const LISTS_TELL = CSS.supports("selector(select:open)");
 const LOOK_AGAIN_MS = 100;
 const KINDS = ["jobs", "state", "all", "view"]; // of changes, the later draws what the earlier does
@@ -128,11 +130,13 @@ export class Frame {
 
   open(key) {
     const same = key === this.key;
+    if (!same) store.ui.about = this.view?.about?.() ?? store.ui.about; // the recording that was worked with
     this.view?.close?.();
     this.key = key;
     const own = h("div"); // what a view that was left still draws is seen by nobody
     fill(this.body, own);
     this.view = VIEWS[key](own);
+    this.context.hidden = FLIGHTS.includes(key); // flights are chosen on their own screens
     document.title = `${NAMES[key]} · thrustd workbench`;
     if (!same) this.main.scrollTop = 0;
   }
@@ -148,7 +152,7 @@ export class Frame {
           {
             href: "#" + key,
             "aria-current": key === this.viewKey() ? "page" : null,
-            class: next?.view === key ? "next" : "",
+            class: `${next?.view === key ? "next" : ""} ${key === FLIGHTS[0] ? "beside" : ""}`,
           },
           h("span.no", String(i + 1)),
           h("span", name),
@@ -236,7 +240,8 @@ export class Frame {
   drawGuide() {
     const next = (this.next = nextStep()),
       bad = next?.doubt ? "" : against(stepOf(store.server.session.model));
-    if (this.same("guide", next?.say, next?.label, next?.other?.label, bad)) return;
+    const away = FLIGHTS.includes(this.viewKey()) && !FLIGHTS.includes(next?.view); // the loop's next step is elsewhere
+    if (this.same("guide", next?.say, next?.label, next?.other?.label, bad, away)) return;
     fill(
       this.guide,
       ...(next
@@ -249,7 +254,7 @@ export class Frame {
           ].filter(Boolean)
         : []),
     );
-    this.guide.hidden = !next;
+    this.guide.hidden = !next || away;
   }
 
   drawJobs() {

@@ -11,7 +11,7 @@ export const store = {
   asking: 0, // orders on their way to the server, ends whose outcome is on its way back: work that no job stands for
   refused: 0, // choices that the server did not take
   focus: null, // {recording, from, to, why}: where the time histories should look
-  ui: {}, // what views remember between renderings
+  ui: {}, // what views remember between renderings; about: the recording that was worked with last
 };
 const listeners = new Set();
 let newest = null; // question for the state
@@ -112,6 +112,7 @@ export const cancel = (job) => remove("api/jobs/" + job.id);
 export async function choose(fields) {
   try {
     store.server.session = await post("api/session", fields);
+    store.ui.about = fields.measured?.[0] ?? store.ui.about;
     refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this choice
   } catch (problem) {
     store.refused++; // lists that show the choice are drawn anew

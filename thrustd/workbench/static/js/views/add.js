@@ -176,7 +176,7 @@ export function add(root) {
   }
 
   draw();
-  return { update: draw, jobs: keepJobs };
+  return { update: draw, jobs: keepJobs, about: () => session().measured[0] };
 }
 
 const checkOf = (r, name, by) => r.heldout.find((one) => one.recording === name && one.model === by);

@@ -6,10 +6,12 @@ import { percent } from "../format.js";
 import { bar } from "../ledger.js";
 import { attempt, byItself, report, running, session } from "../store.js";
 
+// about() is the recording that the screen is about
 // kind of the order; title and words at the head; label of the button; ask() orders; never(session) says why it is empty;
 // show(answer, head) draws; find() is the answer, can(session) whether it may be asked for, `wants` what else is missing
 export function answerView(root, of) {
   const { kind, title, words, label, ask, never, show, find = () => latest(kind) } = of,
+    { about = () => session().measured[0] } = of,
     { can = (s) => s.model && s.measured.length, wants = "a model and a measured recording" } = of;
   const head = heading(title, words);
   let shown = null;
@@ -43,6 +45,7 @@ export function answerView(root, of) {
   update();
   return {
     update,
+    about,
     jobs: () => {
       if (!shown) update();
     },

@@ -2,29 +2,31 @@
 
 import { query } from "../api.js";
 import { fill, h, heading, offer, select } from "../dom.js";
+import { channelsOf, chooseFlight, chosenFlight, isLog } from "../flights.js";
 import { fetchWindow, valueAt } from "../lines.js";
 import { attempt, byItself, order, store } from "../store.js";
 import { live } from "./live.js";
 import { playback } from "./playback.js";
+import { replayFirst } from "./raw_log.js";
 
 export function flight(root) {
-  const ui = (store.ui.flight ??= { log: null, mode: null });
+  const ui = (store.ui.flight ??= { mode: null });
   let stop = () => {},
     shown, // the log that is looked at
     seen, // the logs that are offered
     renew = []; // what offers them, to be done again when others have come
-  const logs = () => store.server.recordings.filter((r) => r.name.endsWith(".mcap")),
+  const logs = () => store.server.recordings.filter(isLog),
     stamp = () => JSON.stringify(logs().map((r) => [r.name, r.growing, Boolean(r.meta)]));
 
   function draw() {
+    const settled = !ui.waiting; // what was shown before it was read gives way to a log with estimates
     stop();
     stop = () => {};
     ui.waiting = false;
     renew = [];
     seen = stamp();
     const found = logs(),
-      named = (name) => found.find((r) => r.name === name),
-      chosen = named(ui.log) ?? named(shown) ?? found.find((r) => r.growing) ?? found[0],
+      chosen = chosenFlight(found, settled ? shown : null),
       mode = ui.mode ?? (chosen?.growing ? "live" : "play");
     shown = chosen?.name;
     const state = h(
@@ -43,7 +45,7 @@ export function flight(root) {
             () => logs().map(option),
             shown,
             (v) => {
-              ui.log = v;
+              chooseFlight(v);
               draw();
             },
             "flight log",
@@ -171,6 +173,10 @@ export function flight(root) {
         for (const again of renew) again();
       }
     },
+    jobs: () => {
+      if (ui.waiting) draw();
+    },
+    about: () => shown,
     close: () => stop(),
   };
 
@@ -199,12 +205,13 @@ export function flight(root) {
       );
       return () => {};
     }
-    const channels = new Set(card.meta.channels.map((c) => c.name));
+    const channels = new Set(channelsOf(card));
     const engines = [...channels]
       .filter((c) => c.startsWith("estimate_thrust_n_"))
       .map((c) => c.slice("estimate_thrust_n_".length));
     if (!engines.length) {
-      fill(body, replayFirst(card.name));
+      ui.waiting = true;
+      fill(body, words(replayFirst(card.name)));
       return () => {};
     }
     const other = store.server.recordings.find((r) => r.name === ui.other && r.meta && r.name !== card.name);
@@ -216,7 +223,7 @@ export function flight(root) {
       other && {
         name: other.name,
         shift: () => ui.shift_s ?? 0,
-        channels: new Set(other.meta.channels.map((c) => c.name)),
+        channels: new Set(channelsOf(other)),
       },
     );
   }
@@ -228,7 +235,7 @@ const GRID = 1000; // points of the coarse look
 
 // the shift at which the fused thrust of the second flight lies best on the first's, s
 async function bestShift(one, other) {
-  const engine = one.meta.channels.map((c) => c.name).find((c) => c.startsWith("estimate_thrust_n_"));
+  const engine = channelsOf(one).find((c) => c.startsWith("estimate_thrust_n_"));
   const [first, second] = await Promise.all(
     [one, other].map((card) => fetchWindow(card.name, [engine], card.meta.start_s, card.meta.stop_s, GRID)),
   );
@@ -253,14 +260,4 @@ async function bestShift(one, other) {
   return Number((best.lag * step + one.meta.start_s - other.meta.start_s).toPrecision(4));
 }
 
-const words = (...said) => h("section.panel", h("p.empty", ...said));
-
-// a raw log holds what the sensors said: the command for a terminal in the folder, whatever its name
-function replayFirst(name) {
-  const quoted = (said) => (/[^\w./+-]/.test(said) ? `'${said.replaceAll("'", "'\\''")}'` : said);
-  return words(
-    "This log holds what the sensors said and no estimates yet. In the folder, ",
-    h("code", `thrustd replay ${quoted(name)} -o ${quoted(name.replace(/\.mcap$/i, "-replayed.mcap"))}`),
-    " adds them; the new log is then offered here.",
-  );
-}
+const words = (...said) => h("section.panel", h("div.empty", ...said));

@@ -1,6 +1,10 @@
 // Flight test: test points, drag polar, transients of flights, and the health of engines over many.
 
+import { upToDate } from "../answers.js";
 import { fill, h, heading, panel, select, table } from "../dom.js";
+import { channelsOf, chooseFlight, chosenFlight, flights, hasEstimates } from "../flights.js";
+import { percent, typeset } from "../format.js";
+import { bar } from "../ledger.js";
 import { attempt, order, report, running, say, store } from "../store.js";
 
 const QUESTIONS = {
@@ -13,23 +17,19 @@ const MASS = { empty_kg: "Empty", payload_kg: "Payload", fuel_kg: "Fuel at the l
 const SEVERAL = ["performance", "health"];
 
 export function flightTest(root) {
-  const ui = (store.ui.flighttest ??= { question: "points", log: null, several: null, mass: {}, marks: "" });
+  const ui = (store.ui.flighttest ??= { question: "points", several: null, mass: {}, marks: "" });
   const shown = h("div");
   const evaluate = h("button", { class: "primary", onclick: attempt(() => ask()) });
   let asked = false, // a question is on its way
-    number, // of the report that is shown
+    number, // of the job whose end is shown
     listed; // the flights that are offered: recordings are still being read when the page opens
 
-  // recordings with a fan speed, and logs: a raw one is replayed
-  const flights = () =>
-    store.server.recordings.filter(
-      (r) => r.name.endsWith(".mcap") || r.meta?.channels.some((c) => c.name.startsWith("n1_pct_")),
-    );
   const names = (found) => found.map((r) => r.name).join("\n");
   const chosen = (found) => {
-    const all = found.map((r) => r.name);
-    if (!SEVERAL.includes(ui.question)) return [all.includes(ui.log) ? ui.log : all[0]];
-    return ui.several ? all.filter((name) => ui.several.includes(name)) : all;
+    if (!SEVERAL.includes(ui.question)) return [chosenFlight(found)?.name].filter(Boolean);
+    const ready = found.filter(hasEstimates), // a raw log beside its replay is the same flight
+      all = ready.length ? ready : found;
+    return (ui.several ? found.filter((r) => ui.several.includes(r.name)) : all).map((r) => r.name);
   };
 
   // one question at a time
@@ -64,13 +64,16 @@ export function flightTest(root) {
       root,
       heading(
         "Flight test",
-        "What thrust is for: the numbers of thrustd points, performance, transients and fleet health.",
+        "What thrust is for. The numbers are those of the command line; a raw log is replayed on the way.",
       ),
       tools,
       shown,
     );
-    show().catch((problem) => say(problem.message)); // no new attempt: what the last one said stays
+    look();
   }
+
+  // no new attempt: what the last one said stays
+  const look = () => show().catch((problem) => say(problem.message));
 
   function turn(question) {
     ui.question = question;
@@ -94,7 +97,10 @@ export function flightTest(root) {
         select(
           found.map((r) => [r.name, r.name]),
           chosen(found)[0],
-          (name) => (ui.log = name),
+          (name) => {
+            chooseFlight(name);
+            look();
+          },
           "flight",
         ),
       ),
@@ -118,6 +124,7 @@ export function flightTest(root) {
   function tick(found, name, on) {
     ui.several = chosen(found).filter((other) => other !== name);
     if (on) ui.several.push(name);
+    look();
   }
   const masses = () =>
     h(
@@ -160,8 +167,8 @@ export function flightTest(root) {
       said = Object.keys(MASS).filter((key) => ui.mass[key]),
       several = SEVERAL.includes(ui.question);
     if (!recordings.length) return say("Choose a flight.");
-    if (ui.question === "performance" && said.length && said.length < 4)
-      return say("A mass sheet has four numbers, kg.");
+    if (ui.question === "performance" && said.length !== 4 && (said.length || !weighed(recordings)))
+      return say("Give the four masses: the drag polar needs them where a recording has no column mass_kg.");
     const mass =
       ui.question === "performance" && said.length
         ? Object.fromEntries(said.map((key) => [key, Number(ui.mass[key])]))
@@ -180,19 +187,29 @@ export function flightTest(root) {
     }
   }
 
-  const latest = () =>
-    store.server.jobs.find(
-      (job) => job.kind === "flighttest" && job.state === "done" && job.arguments.question === ui.question,
+  // the newest end of this question about the flights that are chosen, as they are read now
+  function latest() {
+    const names = String(chosen(flights()));
+    return store.server.jobs.find(
+      ({ kind, state, arguments: asked, result }) =>
+        kind === "flighttest" &&
+        asked.question === ui.question &&
+        String(asked.recordings) === names &&
+        (state === "failed" || (state === "done" && upToDate({ result }))),
     );
+  }
 
-  // the latest answer to this question, with the flights it is of
+  // the answer about these flights, or why there is none
   async function show() {
     const job = latest();
-    if (!job) return fill(shown);
+    if (job?.state !== "done") {
+      number = job?.id;
+      return fill(shown, chosen(flights()).length ? unanswered(job) : null);
+    }
     const answer = await report(job.result.report),
       scheme = document.documentElement.dataset.theme;
-    if (latest()?.result.report !== job.result.report) return; // another question, or a newer answer, since
-    number = job.result.report;
+    if (latest()?.id !== job.id) return; // another question, other flights, or a newer answer, since
+    number = job.id;
     const first = answer.tables.at(-1), // what the answer is about; the others tell more
       others = answer.tables.slice(0, -1);
     fill(
@@ -200,17 +217,33 @@ export function flightTest(root) {
       panel(
         answer.title,
         [h("span.push", h("a", { href: `api/reports/${answer.files}.csv`, download: `${ui.question}.csv` }, "CSV"))],
-        h("p.body.faint", job.arguments.recordings.join(", ")),
+        h("p.body.faint", given(job.arguments)),
         grid(first),
         h(
           "div.body",
-          answer.lines.map((line) => h("p", line)),
+          answer.lines.map((line) => h("p", typeset(line))),
           h("p.faint", answer.words),
         ),
       ),
       picture("Picture", answer.files, scheme),
       ...(answer.more ?? []).map((title, i) => picture(title, `${answer.files}-${i}`, scheme)),
       ...others.map((one) => panel(one.title, [], grid(one))),
+    );
+  }
+
+  function unanswered(job) {
+    const busy = running("flighttest"),
+      names = chosen(flights()).join(", ");
+    return h(
+      "section.panel",
+      h(
+        "div.empty",
+        busy
+          ? [h("p", `${busy.title}: ${busy.note || busy.state} (${percent(busy.fraction)})`), bar(busy.fraction)]
+          : job
+            ? h("p.bad", typeset(job.error))
+            : h("p", `${QUESTIONS[ui.question][0]} of ${names}: not evaluated yet.`),
+      ),
     );
   }
 
@@ -221,21 +254,44 @@ export function flightTest(root) {
       h("div.flush", h("img.drawing", { alt: title, src: `api/reports/${files}-${scheme}.svg` })),
     );
 
-  const grid = ({ heads, rows }) =>
-    h(
-      "div.flush",
-      table(
-        { class: "dense" },
-        heads.map((name, i) => (i ? [name, "num"] : name)),
-        rows,
-      ),
-    );
-
   draw();
   return {
     update: () => {
-      if (latest()?.result.report !== number || names(flights()) !== listed) draw();
+      if (latest()?.id !== number || names(flights()) !== listed) draw();
     },
-    jobs: press,
+    jobs: () => {
+      press();
+      if (latest()?.state !== "done") look();
+    },
+    about: () => chosen(flights())[0],
   };
+}
+
+const weighed = (names) =>
+  store.server.recordings.every((one) => !names.includes(one.name) || channelsOf(one).includes("mass_kg"));
+
+// what an answer was asked of
+function given({ recordings, mass, marks }) {
+  const said = [recordings.join(", ")];
+  if (marks) said.push(`points where ${marks} is above 0`);
+  if (mass)
+    said.push(
+      Object.entries(MASS)
+        .map(([key, name]) => `${name.toLowerCase()} ${mass[key]} kg`)
+        .join(", "),
+    );
+  return said.join("; ");
+}
+
+// words begin at the left, numbers end at the right
+function grid({ heads, rows }) {
+  const words = (i) => rows.some((row) => /[A-Za-z]{2}/.test(row[i]));
+  return h(
+    "div.flush",
+    table(
+      { class: "dense" },
+      heads.map((name, i) => (i && !words(i) ? [name, "num"] : name)),
+      rows.map((row) => row.map(typeset)),
+    ),
+  );
 }

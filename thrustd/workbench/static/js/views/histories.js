@@ -2,6 +2,7 @@
 
 import { inUrl, put, query } from "../api.js";
 import { fill, h, heading, panel } from "../dom.js";
+import { chosenFlight, flights } from "../flights.js";
 import { number } from "../format.js";
 import { readAddress, writeAddress } from "../history_address.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
@@ -10,6 +11,14 @@ import { askMark, marksTable } from "../marks.js";
 import { save } from "../save.js";
 import { attempt, byItself, order, recording, refresh, running, session, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
+
+// what was worked with since, on another screen or at the top, is what is looked at
+function turn() {
+  const state = ui();
+  if (store.ui.about === state.about) return;
+  state.about = store.ui.about;
+  if (!state.shown?.includes(state.about)) state.shown = null;
+}
 
 const ui = () =>
   (store.ui.histories ??= {
@@ -25,6 +34,7 @@ export function histories(root) {
     keys = new Map(),
     state = ui(),
     asked = new Set();
+  turn();
   const address = readAddress(); // of somebody else's window, or of this one before the page was loaded again
   if (address.names.length && !store.focus) state.shown = address.names;
   const tools = h("div.panel"),
@@ -40,7 +50,8 @@ export function histories(root) {
 
   const recordings = () => {
     const s = session(),
-      fallback = [s.measured[0] ?? s.bench[0] ?? store.server.recordings[0]?.name].filter(Boolean);
+      first = chosenFlight(flights())?.name ?? store.server.recordings[0]?.name,
+      fallback = [recording(state.about)?.name ?? s.measured[0] ?? s.bench[0] ?? first].filter(Boolean);
     const shown = (state.shown ?? fallback).filter((name) => recording(name));
     return shown.length ? shown : fallback;
   };
@@ -263,6 +274,7 @@ export function histories(root) {
   signature = look();
   return {
     update() {
+      turn();
       const now = look();
       if (now !== signature) {
         signature = now;

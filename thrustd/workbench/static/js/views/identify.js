@@ -17,6 +17,7 @@ export function identify(root) {
     label: "Identify a model",
     ask: identifyNow,
     find: () => found()?.result,
+    about: () => session().bench[0],
     can: ({ bench }) => bench.length,
     wants: "a bench recording",
     never: ({ bench, model }) =>
