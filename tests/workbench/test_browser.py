@@ -39,6 +39,7 @@ def test_whole_loop_on_a_hidden_effect(page_of, exercise):
         next_step(page, "Identify a model")
         page.locator("nav a", has_text="Identify").click()
         page.locator("h2", has_text="Static curve").wait_for()
+        page.locator(".advice", has_text=re.compile(r"never goes below \d+(\.\d)? N;")).wait_for()
         next_step(page, "Compare")
         see_where_it_fails(page)
         next_step(page, "What is missing?")
@@ -55,8 +56,11 @@ def test_whole_loop_on_a_hidden_effect(page_of, exercise):
         page.get_by_text("Nothing is left").wait_for(timeout=LONG_MS)
         assert "remove nothing" in page.locator(".idle").inner_text()
         page.locator("#next:not([disabled])", has_text="Open the sealed answer").click()
-        see_found_beside_true(page)
+        estimate = see_found_beside_true(page)
         keep_it(page)
+        assert (
+            page.get_by_text(f"{estimate} kg", exact=True).count() == 1
+        )  # one parameter, one interval on every screen
         exclude_and_be_told(page)
         undo(page)
 
@@ -98,6 +102,7 @@ def see_the_fallen_bar(page):
     heights = bars.locator("i").evaluate_all("all => all.map(one => one.getBoundingClientRect().height)")
     assert heights[1] < 0.6 * heights[0]
     page.get_by_text("which nothing was fitted to").wait_for()
+    page.get_by_text(re.compile(r"^[\d.]+ ± [\d.]+ kg$")).wait_for()
     page.get_by_text("promised on held-back blocks").wait_for()
     page.locator(".pair canvas").nth(1).wait_for()
 
@@ -120,16 +125,18 @@ def see_found_beside_true(page):
     assert abs(float(true) / float(estimate.split()[0]) - 1) < 0.05 and "sigma" in off
     assert "that is what the model holds" in page.locator(".guide").inner_text()
     assert page.get_by_role("button", name="Open the sealed answer").count() == 0
+    return estimate
 
 
 def keep_it(page):
     """Compiled for flight, a report that needs nothing else, a copy of the model."""
     page.locator("nav a", has_text="Add it").click()
-    page.get_by_role("button", name="Save and compile").click()
+    page.locator("#next", has_text="Save and compile").click()
     page.locator(".file", has_text="to the bit").wait_for(timeout=LONG_MS)
+    page.locator(".guide b", has_text="Done").wait_for()
     assert str(page.locator(".file code").first.inner_text()).endswith("bench-model+axial_inertia.json")
     with page.expect_download(timeout=LONG_MS) as report:
-        page.get_by_role("button", name="Write the report").click()
+        page.locator("#next", has_text="Write the report").click()
     text = report.value.path().read_text()
     assert "axial_inertia" in text and "mass_kg" in text and "data:image/png;base64," in text
     assert set(re.findall(r"""(?:src|href)=["']?(.{5})""", text)) == {"data:"} and "<script" not in text

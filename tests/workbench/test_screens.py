@@ -288,6 +288,16 @@ def test_a_question_of_a_flight_test_is_asked_once_while_it_is_answered(page_of,
         page.get_by_role("button", name="Evaluate", disabled=False).wait_for()
 
 
+def test_why_a_file_could_not_be_read_stays_with_it(page_of, tmp_path):
+    (tmp_path / "broken.csv").write_text("time_s,force_N\n0,1\n1,oops\n")
+    with workbench(tmp_path) as served, page_of(served.url) as page:
+        row = page.locator("tr", has_text="broken.csv")
+        row.locator(".bad", has_text="oops").wait_for()
+        assert "26 B" in row.inner_text()
+        row.get_by_role("link").click()
+        page.locator(".empty", has_text="oops").wait_for()
+
+
 WORSE = """async () => {
     const { beforeAfter } = await import(new URL("static/js/evidence_charts.js", document.baseURI));
     const one = {recording: "a", rmse_n: 1, time_s: [0, 1, 2], low: [-1, -1, -1], high: [1, 1, 1]};

@@ -6,6 +6,14 @@ import { model, recording, session, store } from "./store.js";
 export const upToDate = ({ result: { files = {} } }) =>
   Object.entries(files).every(([name, key]) => (recording(name) ?? model(name))?.key === key);
 
+// why a recording could not be read, in one line; "" while it was not tried, or when it was
+export function unreadable(name) {
+  const job = store.server.jobs.find(
+    (one) => one.kind === "prepare" && one.arguments.recording === name && ["done", "failed"].includes(one.state),
+  );
+  return job?.state === "failed" && !recording(name)?.meta ? job.error : "";
+}
+
 // the latest finished answer about exactly this model and these recordings, as they are read now
 export function latest(kind) {
   const chosen = session();

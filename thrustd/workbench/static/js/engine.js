@@ -54,8 +54,8 @@ export class EngineTile {
       : "no measurement yet";
     const source = (value, std, bias) =>
       Number.isFinite(value ?? NaN)
-        ? [newtons(value), `${half(std)}\nbias ${bias}`]
-        : ["no measurement", `bias ${bias}`];
+        ? [newtons(value), `${half(std)}\nlearnt bias ${bias}`]
+        : ["no measurement", `learnt bias ${bias}`];
     const said = [
       [settled ? half(e.thrust_std_n) : "–", `rate ${signedNewtons(e.thrust_rate_n_s)}/s`],
       source(e.mount_n, e.mount_std_n, signedNewtons(e.mount_bias_n)),

@@ -70,7 +70,13 @@ export function clock(seconds) {
 }
 
 export const bytes = (n) =>
-  n < 1e6 ? number(n / 1e3, 3) + " kB" : n < 1e9 ? number(n / 1e6, 3) + " MB" : number(n / 1e9, 3) + " GB";
+  n < 1000
+    ? `${n} B`
+    : n < 1e6
+      ? number(n / 1e3, 3) + " kB"
+      : n < 1e9
+        ? number(n / 1e6, 3) + " MB"
+        : number(n / 1e9, 3) + " GB";
 
 // a tick of an axis with just the digits its step needs
 export function plainTick(value, step) {

@@ -241,12 +241,12 @@ export class Frame {
     const next = (this.next = nextStep()),
       bad = next?.doubt ? "" : against(stepOf(store.server.session.model));
     const away = FLIGHTS.includes(this.viewKey()) && !FLIGHTS.includes(next?.view); // the loop's next step is elsewhere
-    if (this.same("guide", next?.say, next?.label, next?.other?.label, bad, away)) return;
+    if (this.same("guide", next?.say, next?.label, next?.other?.label, next?.done, bad, away)) return;
     fill(
       this.guide,
       ...(next
         ? [
-            h("div.say", bad ? h("p.bad", bad) : null, h("b", "Next"), next.say),
+            h("div.say", bad ? h("p.bad", bad) : null, h("b", next.done ? "Done" : "Next"), next.say),
             next.other ? h("button", { onclick: attempt(() => this.next.other.go()) }, next.other.label) : null,
             next.label
               ? h("button", { class: "primary", id: "next", onclick: attempt(() => this.next.go()) }, next.label)

@@ -12,6 +12,7 @@ import {
   goAndAdd,
   identifyNow,
   revealNow,
+  writeReport,
 } from "./steps.js";
 import { choose, session, store } from "./store.js";
 import { nameColumns } from "./views/columns_panel.js";
@@ -30,7 +31,7 @@ export function nextStep() {
   if (!recordings.length)
     return {
       view: "overview",
-      say: "There is no recording here yet. Drop one on the page, or let the twin make an exercise: a recording with a hidden effect.",
+      say: "There is no recording here yet. Drop your files on the page, or make an exercise: simulated recordings in which one effect is hidden.",
       label: "Make an exercise",
       go: exerciseNow,
       kinds: ["exercise"],
@@ -208,12 +209,11 @@ function afterDiagnosis(asked, chosen) {
   const truth = revealed();
   if (chosen.exercise && truth)
     return {
-      view: store.view === "overview" ? "add" : "overview",
-      say:
-        afterwards(truth) +
-        (store.view === "add" ? " Save the model, compile it for flight, or write the report." : ""),
-      label: store.view === "add" ? null : store.view === "overview" ? "Save and compile" : "See found and true",
-      go: () => go(store.view === "overview" ? "add" : "overview"),
+      view: "add",
+      say: afterwards(truth),
+      ...(["add", "overview"].includes(store.view)
+        ? kept(chosen.model)
+        : { view: "overview", label: "See found and true", go: () => go("overview") }),
     };
   if (curve)
     return {
@@ -252,10 +252,16 @@ function afterDiagnosis(asked, chosen) {
       ` (${newtons(asked.rmse_before_n)} left, floor ${newtons(asked.floor_n)})` +
       (asked.more_left ? "; what is left is much, or follows a channel" : "") +
       `. ${checked(chosen)}`,
-    label: compiled(chosen.model) ? (store.view === "add" ? null : "Show the file") : "Save and compile",
-    go: keep,
-    kinds: ["compile"],
+    ...kept(chosen.model),
   };
+}
+
+// the end of the loop: save and compile, then the file and the report
+function kept(name) {
+  const at = store.view === "add",
+    kinds = ["compile", "report"];
+  if (!compiled(name)) return { label: "Save and compile", go: keep, kinds };
+  return { done: true, label: at ? "Write the report" : "Show the file", go: at ? writeReport : keep, kinds };
 }
 
 async function keep() {

@@ -3,6 +3,7 @@
 import { latest } from "./answers.js";
 import { newtons } from "./format.js";
 import { parentOf } from "./ledger.js";
+import { save } from "./save.js";
 import { byItself, order, running, say, session, store } from "./store.js";
 import { against } from "./way_back.js";
 
@@ -72,6 +73,11 @@ export const compiled = (name) =>
   store.server.jobs.find((one) => one.kind === "compile" && one.state === "done" && one.result.model === name)?.result;
 
 export const compileNow = (rate_hz = 1000) => order("compile", { model: session().model, rate_hz });
+
+export async function writeReport() {
+  const job = await order("report", { title: session().model });
+  if (job.state === "done") save("api/reports/" + job.result.report, "report.html");
+}
 
 export async function revealNow() {
   const job = await order("reveal", { exercise: session().exercise });

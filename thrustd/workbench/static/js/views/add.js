@@ -2,7 +2,7 @@
 
 import { latest } from "../answers.js";
 import { curveChart } from "../charts.js";
-import { fill, h, heading, panel, table, wideTable } from "../dom.js";
+import { fill, h, heading, key, panel, table, wideTable } from "../dom.js";
 import { beforeAfter } from "../evidence_charts.js";
 import { newtons, toldSize, typeset } from "../format.js";
 import { askedOf, ledgerBars, ledgerOf, stepOf } from "../ledger.js";
@@ -158,18 +158,21 @@ export function add(root) {
 
   // the residual of both models on every recording; filled when the report is here
   function pictures(r) {
-    const places = h("div.pair");
+    const places = h("div.whole");
     byItself(async () => {
       const { histories } = await report(r.report),
         names = [...new Set(histories.map((one) => one.recording))];
       fill(
         places,
-        names.map((name) =>
-          beforeAfter(
-            ...[r.parent, r.model].map((m) => histories.find((one) => one.recording === name && one.model === m)),
+        h(
+          "div.pair",
+          names.map((name) =>
+            beforeAfter(
+              ...[r.parent, r.model].map((m) => histories.find((one) => one.recording === name && one.model === m)),
+            ),
           ),
         ),
-        h("p.faint", `grey: ${r.parent}; blue: ${r.model}`),
+        h("p", key("--ink-3", r.parent), " ", key("--s1", r.model)),
       );
     })();
     return places;

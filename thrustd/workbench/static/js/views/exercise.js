@@ -1,6 +1,7 @@
 // The hidden-effect exercise: what it is, and once its answer is open, what was found beside what is true.
 import { h, table } from "../dom.js";
 import { newtons, number, plusMinus, signed } from "../format.js";
+import { stepOf } from "../ledger.js";
 import { effectOf, revealed } from "../sealed.js";
 import { exerciseNow, revealNow } from "../steps.js";
 import { attempt, model, running, session } from "../store.js";
@@ -14,7 +15,7 @@ export function exercisePanel() {
         `: the twin hid an effect in measured.csv and heldout.csv; bench.csv is without it. The answer is ${truth ? "open" : "sealed"}.`,
       ]
     : [
-        "The twin hides an effect: a bench record without it, a measured record and a check record with it. Find it with this page.",
+        "A simulated mount, the twin, makes a bench record, and a measured and a check record in which one effect is hidden. Find it with this page.",
       ];
   return h(
     "section.panel",
@@ -46,7 +47,7 @@ function foundAndTrue(truth, card) {
       i ? "" : found(held.has(one.effect)),
       p.name,
       number(p.value, 4),
-      ...estimate(held.get(one.effect), p),
+      ...estimate(held.get(one.effect), p, card && sigmaOf(card.name, one.effect, p.name)),
       i ? "" : newtons(one.force_rms_n),
     ]),
   );
@@ -65,12 +66,21 @@ function foundAndTrue(truth, card) {
   return table({ class: "truth" }, heads, rows);
 }
 
+// of a parameter, as the step that added its effect has told it: with what other fits and the transducer leave open
+function sigmaOf(model, effect, name) {
+  for (let step = stepOf(model); step; step = stepOf(step.parent)) {
+    const told = step.estimates.find((p) => p.effect === effect && p.name === name);
+    if (told) return told.std;
+  }
+  return undefined;
+}
+
 const found = (yes) => (yes ? h("span.good", "✓ found") : h("span.warn", "not found"));
 
 // [found, difference] as cells; a parameter that the library does not estimate has none
-function estimate(effect, { name, value }) {
+function estimate(effect, { name, value }, sigma) {
   const mine = effect?.parameters[name],
-    std = effect?.std[name];
+    std = sigma ?? effect?.std[name];
   if (mine === undefined) return [h("span.faint", effect ? "not estimated" : "–"), ""];
   const off = value ? `${signed((100 * (mine - value)) / Math.abs(value), 2)} %` : signed(mine - value, 3);
   const sigmas = std ? `, ${number(Math.abs(mine - value) / std, 2)} sigma` : "";

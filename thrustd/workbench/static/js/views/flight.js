@@ -1,5 +1,6 @@
 // Live and flight: follow a log that a daemon is writing, or play a flight back, with both engines.
 
+import { unreadable } from "../answers.js";
 import { query } from "../api.js";
 import { fill, h, heading, offer, select } from "../dom.js";
 import { channelsOf, chooseFlight, chosenFlight, isLog } from "../flights.js";
@@ -29,11 +30,7 @@ export function flight(root) {
       chosen = chosenFlight(found, settled ? shown : null),
       mode = ui.mode ?? (chosen?.growing ? "live" : "play");
     shown = chosen?.name;
-    const state = h(
-      "span",
-      { class: "quiet", role: "status" },
-      "A log may be followed while the daemon is writing it.",
-    );
+    const state = h("span", { class: "quiet", role: "status" });
     const tools = h(
       "div.panel",
       h(
@@ -188,20 +185,14 @@ export function flight(root) {
       return () => {};
     }
     if (!card.meta) {
-      const failed = store.server.jobs.find(
-        (job) => job.kind === "prepare" && job.state === "failed" && job.arguments.recording === card.name,
-      );
+      const failed = unreadable(card.name);
       if (!failed && ui.asked !== card.name) {
         ui.asked = card.name;
         byItself(order)("prepare", { recording: card.name });
       }
       fill(
         body,
-        words(
-          !failed
-            ? "Reading the flight log …"
-            : "This log could not be read as columns; it may hold raw events only (run thrustd replay on it), or follow it live.",
-        ),
+        words(!failed ? "Reading the flight log …" : `${failed}. It cannot be played back; it may be followed.`),
       );
       return () => {};
     }

@@ -1,10 +1,11 @@
 // Flight test: test points, drag polar, transients of flights, and the health of engines over many.
 
 import { upToDate } from "../answers.js";
-import { fill, h, heading, panel, select, table } from "../dom.js";
+import { fill, h, heading, panel, select } from "../dom.js";
 import { channelsOf, chooseFlight, chosenFlight, flights, hasEstimates } from "../flights.js";
 import { percent, typeset } from "../format.js";
 import { bar } from "../ledger.js";
+import { grid } from "../printed_table.js";
 import { attempt, order, report, running, say, store } from "../store.js";
 
 const QUESTIONS = {
@@ -281,17 +282,4 @@ function given({ recordings, mass, marks }) {
         .join(", "),
     );
   return said.join("; ");
-}
-
-// words begin at the left, numbers end at the right
-function grid({ heads, rows }) {
-  const words = (i) => rows.some((row) => /[A-Za-z]{2}/.test(row[i]));
-  return h(
-    "div.flush",
-    table(
-      { class: "dense" },
-      heads.map((name, i) => (i && !words(i) ? [name, "num"] : name)),
-      rows.map((row) => row.map(typeset)),
-    ),
-  );
 }

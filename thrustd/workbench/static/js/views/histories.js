@@ -1,5 +1,6 @@
 // Time histories: measured, models, residual and any channel of one or several recordings, zoomed and marked together.
 
+import { unreadable } from "../answers.js";
 import { inUrl, put, query } from "../api.js";
 import { fill, h, heading, panel } from "../dom.js";
 import { chosenFlight, flights } from "../flights.js";
@@ -111,7 +112,7 @@ export function histories(root) {
             ? "This log is being written. Follow it under Live and flight; its time histories are here when it is closed."
             : running("prepare")
               ? "Reading the recording and making its zoom pyramid …"
-              : "Not read yet.",
+              : unreadable(name) || "Not read yet.",
         ),
       );
     sheets.get(name)?.close();

@@ -1,7 +1,7 @@
 // Identify: a first model from the bench record, and what was found: errors, fit, static curve, time constants, loop.
 
 import { chart, line, nearest, rule, span } from "../axes.js";
-import { css, described, fill, h, panel } from "../dom.js";
+import { css, described, fill, h, key, panel } from "../dom.js";
 import { residualPicture } from "../evidence_charts.js";
 import { duration, newtons, number, percent, typeset, withUnit } from "../format.js";
 import { identifyNow } from "../steps.js";
@@ -110,7 +110,7 @@ function relaxation({ relaxation: r }) {
     h(
       "p.quiet",
       worth.length
-        ? `Time constants and what relaxes with them: ${worth.map((m) => `${duration(m.tau_s)} ${percent(Math.abs(m.share))}`).join(", ")}.`
+        ? `It relaxes by ${worth.map((m) => `${percent(Math.abs(m.share))} in ${duration(m.tau_s)}`).join(", ")} (time constants).`
         : "No time constant carries a tenth of a percent of the force.",
     ),
   );
@@ -119,7 +119,7 @@ function relaxation({ relaxation: r }) {
 function loop(l) {
   return described(
     "Loop",
-    "force beyond the static curve; black: measured, blue: model",
+    ["force beyond the static curve ", key("--measured", "measured"), " ", key("--s1", "model")],
     chart({
       height: 300,
       x: { title: "deformation [mm]", ...span([l.deformation_mm]) },

@@ -4,8 +4,8 @@ import { fileUrl } from "../api.js";
 import { h, panel, select } from "../dom.js";
 import { bytes, newtons } from "../format.js";
 import { save } from "../save.js";
-import { compiled, compileNow } from "../steps.js";
-import { attempt, order, running, store } from "../store.js";
+import { compiled, compileNow, writeReport } from "../steps.js";
+import { attempt, running, store } from "../store.js";
 
 let rate = "1000"; // Hz, as chosen last; PH-LAB's
 
@@ -54,10 +54,7 @@ export function keepPanel(card) {
         {
           id: "report",
           disabled: Boolean(running("report")),
-          onclick: attempt(async () => {
-            const job = await order("report", { title: card.name });
-            if (job.state === "done") save("api/reports/" + job.result.report, "report.html");
-          }),
+          onclick: attempt(writeReport),
         },
         reportLabel(),
       ),

@@ -37,7 +37,7 @@ export function missing(root) {
     ];
     return panel(
       "Candidates, ranked",
-      [h("span.faint", "click one for its physics")],
+      [h("span.faint", "each alone; click one for its physics")],
       h(
         "div.flush",
         worth.length || all ? table({}, heads, [...worth, ...(all ? rest : [])].flatMap(row)) : null,
@@ -76,6 +76,7 @@ export function missing(root) {
     const line = {
       props: {
         class: "pick candidate",
+        title: c.card.title,
         tabindex: "0",
         "aria-selected": String(opened),
         "aria-expanded": String(opened),
@@ -92,7 +93,9 @@ export function missing(root) {
         newtons(c.rmse_before_n),
         newtons(c.rmse_after_n),
         share < WORTH ? h("span.faint", "nothing") : [bar(share), h("span.num", percent(share))],
-        c.estimates.map((p) => h("div", p.said ? toldSize(p) : `${p.name} = ${toldSize(p)}`)),
+        c.estimates.length
+          ? c.estimates.map((p) => h("div", p.said ? toldSize(p) : `${p.name} = ${toldSize(p)}`))
+          : h("span.faint", "by a linear look, not fitted"),
         h("td", { title: c.separable_from.join(", ") }, alike(c.separable_from)),
       ],
     };
@@ -162,7 +165,8 @@ function verdict(a) {
           h("b", a.depends_on.map((d) => d.channel).join(", ") || "no channel of this file"),
           a.depends_on.length ? "; see its picture below." : ".",
         ];
-  const laws = a.candidates.filter((c) => c.in_verdict).map((c) => c.name),
+  const named = a.candidates.filter((c) => c.in_verdict),
+    [laws, meant] = [named.map((c) => c.name), named.map((c) => c.card.title)],
     curve = kind === "unknown" ? a.depends_on[0]?.name : null;
   return h(
     "section",
@@ -172,7 +176,7 @@ function verdict(a) {
       h("span.quiet", "Verdict"),
       h("br"),
       h("b.name", known.join(" + ") || kind),
-      h("br"),
+      h("div.quiet", meant.join(" + ")),
       kind === "unknown" ? null : h("span", { class: "chip", title: GRADES[a.grade] }, a.grade),
     ),
     h("p", words, known.length ? ` ${capital(GRADES[a.grade])}.` : ""),

@@ -1,6 +1,8 @@
 // Overview: what the folder holds, the exercise, and the error ledger of every model.
+import { unreadable } from "../answers.js";
 import { fill, h, heading, panel, select, wideTable } from "../dom.js";
 import { addFiles } from "../drop.js";
+import { channelsOf, hasEstimates, isLog } from "../flights.js";
 import { bytes, count, duration, hertz, newtons, number } from "../format.js";
 import { bar, ledgerOf } from "../ledger.js";
 import { attempt, choose, running, session, store } from "../store.js";
@@ -78,7 +80,7 @@ function recordingTable(recordings) {
     return [
       [
         h("a", { href: "#histories", onclick: focus }, one.name),
-        one.problem ? h("div.bad", one.problem) : null,
+        h("div.bad", one.problem || unreadable(one.name)),
         meta?.notes.length ? remarks(one.name, meta.notes) : null,
       ],
       role(one.name),
@@ -90,10 +92,7 @@ function recordingTable(recordings) {
           ? folded(
               `channels of ${one.name}`,
               "details",
-              h(
-                "summary",
-                `${channels.length} channels${channels.some((c) => c.name === "force_N") ? ", with force_N" : ""}`,
-              ),
+              h("summary", `${channels.length} channels${telling(one)}`),
               h(
                 "div.chips",
                 channels.map((c) => h("span", { class: "chip", title: c.meaning }, c.name)),
@@ -126,6 +125,12 @@ function recordingTable(recordings) {
     ],
     rows,
   );
+}
+
+// what a recording is good for
+function telling(one) {
+  if (channelsOf(one).includes("force_N")) return ", with force_N";
+  return hasEstimates(one) ? ", with estimates" : isLog(one) ? ", raw log" : "";
 }
 
 function length({ name, meta, growing }) {

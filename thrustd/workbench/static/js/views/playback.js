@@ -8,6 +8,7 @@ import { byItself, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
 
 const LOOK = 20_000; // points of a look at the whole flight
+const BELOW = (engine) => [`n1_pct_${engine}`, "accel_x_g"]; // channels under the thrust
 const AHEAD_S = 20; // of playback fetched at once, times its speed
 
 // other: {name, shift(), channels} of a second flight to lie over this one, or null; `body` hears "shift" when it is another
@@ -52,12 +53,11 @@ export function playback(body, card, engines, channels, other) {
       second && other.channels.has(`estimate_thrust_n_${name}`) ? twoFlightsPanel(name, second, 150) : null,
     ].filter(Boolean),
   );
-  for (const c of [`n1_pct_${engines[0]}`, "accel_x_g"].filter((one) => channels.has(one)))
+  const below = BELOW(engines[0]).map((name) => card.meta.channels.find((one) => one.name === name));
+  for (const { name: c, meaning, unit } of below.filter(Boolean))
     panels.push({
-      title: card.meta.channels.find((m) => m.name === c).meaning
-        ? `${c}: ${card.meta.channels.find((m) => m.name === c).meaning}`
-        : c,
-      unit: "",
+      title: meaning ? `${c}: ${meaning}` : c,
+      unit: unit === "-" ? "" : unit,
       height: 90,
       series: [{ channel: c, label: c, color: "--s4" }],
     });
