@@ -81,7 +81,8 @@ def take(browser: Any, url: str, out: Path, size: tuple[int, int], scheme: str) 
 
 def prepare(page: Any, view: str) -> None:
     """What a person would do on this screen before looking."""
-    choose_model(page, FIRST if view in ("fails", "missing") else f"{FIRST}+{EFFECT}")
+    if view not in ("flight", "live", "flighttest"):
+        choose_model(page, FIRST if view in ("fails", "missing") else f"{FIRST}+{EFFECT}")
     if view == "fails":
         page.locator(".reasons button").first.click()
     if view == "flight":

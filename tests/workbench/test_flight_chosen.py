@@ -1,5 +1,6 @@
 """One flight is chosen: both flight screens and the time histories look at it, and an answer is of what is chosen."""
 
+import re
 import shutil
 
 import pytest
@@ -141,3 +142,16 @@ def test_a_raw_log_is_replayed_by_a_button_and_its_estimates_are_shown(page_of, 
         page.locator(".engine .lamp").first.wait_for(timeout=LONG_MS)
         assert page.get_by_label("flight log").input_value() == "raw-replayed.mcap"
         assert (tmp_path / "raw-replayed.mcap").exists()
+
+
+def test_the_thrust_of_a_flight_stays_over_the_channels_that_are_picked(page_of, flown):
+    with page_of(f"{flown.url}#flight") as page:
+        page.get_by_label("flight log").select_option("log-b.mcap")
+        go(page, "histories")
+        shown(page, "log-b.mcap")
+        titles = page.locator(".plot .title")
+        assert "left engine: net thrust [N], forward +; band 95 %" in titles.all_inner_texts()
+        page.locator("summary", has_text="Channels").click()
+        page.get_by_role("checkbox", name=re.compile("^mount_force_n")).first.check()
+        titles.get_by_text(re.compile(r"^mount_force_n_")).wait_for()
+        assert "left engine: net thrust [N], forward +; band 95 %" in titles.all_inner_texts()

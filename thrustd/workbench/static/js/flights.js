@@ -7,9 +7,9 @@ export const isLog = (one) => one.name.endsWith(".mcap");
 export const channelsOf = (one) => (one?.meta?.channels ?? []).map((c) => c.name);
 export const hasEstimates = (one) => channelsOf(one).some((name) => name.startsWith("estimate_thrust_n_"));
 
-// recordings with a fan speed, and logs: a raw one is replayed
-export const flights = () =>
-  store.server.recordings.filter((one) => isLog(one) || channelsOf(one).some((name) => name.startsWith("n1_pct_")));
+// recordings with a fan speed, and logs that are closed: a raw one is replayed
+const flew = (one) => isLog(one) || channelsOf(one).some((name) => name.startsWith("n1_pct_"));
+export const flights = () => store.server.recordings.filter((one) => flew(one) && !one.growing);
 
 export const chooseFlight = (name) => sessionStorage.setItem(KEPT, name);
 

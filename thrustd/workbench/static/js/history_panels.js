@@ -1,8 +1,11 @@
 // Which panels a time history shows: force with band, residual, then the channels.
 
+import { thrustPanel } from "./engine.js";
+
+const THRUST = "estimate_thrust_n_";
 const COLORS = ["--s1", "--s2", "--s3", "--s4", "--s5", "--s6"];
 const EDGE = { color: "--ink-3", width: 1 }; // of a band, in front of a residual that fills it
-export const FIRST = ["accel_x_g", "temperature_degC"]; // shown when nothing else was chosen
+export const FIRST = ["deformation_mm", "accel_x_g", "temperature_degC"]; // shown when nothing else was chosen
 
 // the model whose band is drawn
 export const bandedOf = (card, has) => has.find((m) => card.models[m].includes("band_low"));
@@ -42,17 +45,12 @@ export function panelsOf(card, has, wanted) {
       height: 220,
     });
   if (force.length && runs.length) panels.push(residualPanel(has, label, banded));
-  const chosen = (
-    wanted ?? [
-      "deformation_mm",
-      ...FIRST,
-      ...(force.length ? [] : [...channels.keys()].filter((c) => c.startsWith("estimate_thrust_n"))),
-    ]
-  ).filter((c) => channels.has(c));
+  if (!panels.length) panels.push(...thrusts(new Set(channels.keys())));
+  const chosen = (wanted ?? FIRST).filter((c) => channels.has(c));
   chosen.forEach((c, i) => {
     const meta = channels.get(c);
     panels.push({
-      title: `${c}${meta.meaning ? ": " + meta.meaning : ""}`,
+      title: withUnitOf(`${c}${meta.meaning ? ": " + meta.meaning : ""}`, meta.unit),
       unit: meta.unit === "-" ? "" : meta.unit,
       series: [{ channel: c, label: c, color: COLORS[(i + 2) % COLORS.length] }],
       height: 112,
@@ -61,14 +59,20 @@ export function panelsOf(card, has, wanted) {
   if (!panels.length) {
     const c = card.meta.channels[0];
     panels.push({
-      title: c.name,
-      unit: c.unit,
+      title: withUnitOf(c.name, c.unit),
+      unit: c.unit === "-" ? "" : c.unit,
       series: [{ channel: c.name, label: c.name, color: "--s1" }],
       height: 220,
     });
   }
   return panels;
 }
+
+// what stands first where there is no force: the thrust of every engine in its band, as the flight screens draw it
+const thrusts = (channels) =>
+  [...channels].filter((c) => c.startsWith(THRUST)).map((c) => thrustPanel(c.slice(THRUST.length), channels, 170));
+
+const withUnitOf = (title, unit) => (unit && unit !== "-" ? `${title} [${unit}]` : title);
 
 // measured - model of every model, over the band of one: model - model +- half its width
 function residualPanel(has, label, banded) {

@@ -15,7 +15,7 @@ export function historyTools(state, recordings, models, draw, hits) {
     draw();
   };
   const names = (list) => list.map((one) => one.name);
-  const panels = state.channels ?? ["deformation_mm", ...FIRST];
+  const panels = state.channels ?? FIRST;
   const linked = h("input", {
     type: "checkbox",
     checked: state.linked,

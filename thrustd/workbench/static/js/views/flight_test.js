@@ -152,7 +152,7 @@ export function flightTest(root) {
       "div.toolbar",
       h(
         "label",
-        "Points where this channel is above 0",
+        "Points only while this channel is above 0",
         h("input", {
           type: "text",
           value: ui.marks,
@@ -222,7 +222,10 @@ export function flightTest(root) {
         grid(first),
         h(
           "div.body",
-          answer.lines.map((line) => h("p", typeset(line))),
+          h(
+            "ul.lines",
+            answer.lines.map((line) => h("li", typeset(line))),
+          ),
           h("p.faint", answer.words),
         ),
       ),
@@ -274,7 +277,7 @@ const weighed = (names) =>
 // what an answer was asked of
 function given({ recordings, mass, marks }) {
   const said = [recordings.join(", ")];
-  if (marks) said.push(`points where ${marks} is above 0`);
+  if (marks) said.push(`points while ${marks} is above 0`);
   if (mass)
     said.push(
       Object.entries(MASS)

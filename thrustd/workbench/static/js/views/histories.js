@@ -7,28 +7,12 @@ import { chosenFlight, flights } from "../flights.js";
 import { number } from "../format.js";
 import { readAddress, writeAddress } from "../history_address.js";
 import { bandedOf, panelsOf } from "../history_panels.js";
+import { readable, turn, ui } from "../history_state.js";
 import { historyTools } from "../history_tools.js";
 import { askMark, marksTable } from "../marks.js";
 import { save } from "../save.js";
 import { attempt, byItself, order, recording, refresh, running, session, store } from "../store.js";
 import { Sheet } from "../timeplot.js";
-
-// what was worked with since, on another screen or at the top, is what is looked at
-function turn() {
-  const state = ui();
-  if (store.ui.about === state.about) return;
-  state.about = store.ui.about;
-  if (!state.shown?.includes(state.about)) state.shown = null;
-}
-
-const ui = () =>
-  (store.ui.histories ??= {
-    shown: null,
-    models: null,
-    channels: null,
-    hits: new Map(),
-    condition: { channel: "force_N", low: "", high: "", phase: "" },
-  });
 
 export function histories(root) {
   const sheets = new Map(),
@@ -52,7 +36,7 @@ export function histories(root) {
   const recordings = () => {
     const s = session(),
       first = chosenFlight(flights())?.name ?? store.server.recordings[0]?.name,
-      fallback = [recording(state.about)?.name ?? s.measured[0] ?? s.bench[0] ?? first].filter(Boolean);
+      fallback = [readable(state.about) ?? s.measured[0] ?? s.bench[0] ?? first].filter(Boolean);
     const shown = (state.shown ?? fallback).filter((name) => recording(name));
     return shown.length ? shown : fallback;
   };
@@ -159,12 +143,21 @@ export function histories(root) {
   function header(name, sheet) {
     const card = recording(name),
       run = models().filter((m) => m in (card.models ?? {})),
-      panels = panelsOf(card, run, state.channels).map((p) => ({
+      shown = panelsOf(card, run, state.channels),
+      named = (p) => p.series.filter((s) => !s.silent),
+      panels = shown.map((p) => ({
         title: p.title,
-        channels: p.series.filter((s) => !s.silent).map((s) => s.channel),
+        channels: named(p)
+          .filter((s) => !s.unseen)
+          .map((s) => s.channel),
       }));
     const window = () =>
-      query({ recording: name, channel: panels.flatMap((p) => p.channels), from: sheet.range[0], to: sheet.range[1] });
+      query({
+        recording: name,
+        channel: shown.flatMap(named).map((s) => s.channel),
+        from: sheet.range[0],
+        to: sheet.range[1],
+      });
     const figure = (format) =>
       attempt(async () => {
         const [start_s, stop_s] = sheet.range,
