@@ -22,7 +22,7 @@ EFFECT, SEED, STRENGTH = "axial_inertia", 3, 4.0
 FIRST = "bench-model"
 SIGHTS = ((390, 844, "light"), (1280, 800, "light"), (1920, 1080, "dark"), (2560, 1440, "light"))
 FLIGHT = Path("replay_logs/throttle-steps.mcap")
-VIEWS = ("overview", "identify", "histories", "fails", "missing", "add", "flight", "live", "flighttest")
+VIEWS = ("overview", "identify", "fails", "histories", "missing", "add", "flight", "live", "flighttest")
 
 
 def screenshots(out: Path) -> None:
@@ -96,6 +96,7 @@ def prepare(page: Any, view: str) -> None:
     if view == "flighttest":
         page.get_by_role("button", name="Transients").click()
         page.get_by_role("button", name="Evaluate").click()
+        idle(page)
         page.locator("img.drawing").wait_for(timeout=LONG_MS)
     if view == "histories":
         page.mouse.move(700, 420)

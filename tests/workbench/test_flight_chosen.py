@@ -155,3 +155,5 @@ def test_the_thrust_of_a_flight_stays_over_the_channels_that_are_picked(page_of,
         page.get_by_role("checkbox", name=re.compile("^mount_force_n")).first.check()
         titles.get_by_text(re.compile(r"^mount_force_n_")).wait_for()
         assert "left engine: net thrust [N], forward +; band 95 %" in titles.all_inner_texts()
+        page.locator(".u-over").first.hover()
+        page.locator(".plot .readout").first.get_by_text(re.compile(r"^one sigma [\d.]+")).wait_for()

@@ -185,7 +185,8 @@ export class Sheet {
           hit === null ? "" : hit[0] === hit[1] ? number(hit[0], 6) : `${number(hit[0], 5)} … ${number(hit[1], 5)}`;
         if (s.unseen && !said) return "";
         const crowded = plot.root.classList.contains("many"), // the colour must do while there is a value
-          words = [plot.named > 1 && !(crowded && said) && s.label, said, said && plot.panel.unit];
+          named = s.unseen || (plot.named > 1 && !(crowded && said)), // what has no colour has its name
+          words = [named && s.label, said, said && plot.panel.unit];
         const cell = key(s.color, words.filter(Boolean).join(" "));
         cell.firstChild.hidden = s.unseen || plot.named < 2;
         return cell;
