@@ -110,7 +110,7 @@ function relaxation({ relaxation: r }) {
     h(
       "p.quiet",
       worth.length
-        ? `It relaxes by ${worth.map((m) => `${percent(Math.abs(m.share))} in ${duration(m.tau_s)}`).join(", ")} (time constants).`
+        ? `Relaxes by ${worth.map((m) => `${percent(Math.abs(m.share))} (${duration(m.tau_s)})`).join(", ")}: shares, and their time constants.`
         : "No time constant carries a tenth of a percent of the force.",
     ),
   );
