@@ -1,6 +1,6 @@
 """The thrust filter on signals whose truth is known: bands, gates, zeros, poison, memory."""
 
-from math import inf, nan, sqrt
+from math import hypot, inf, nan, sqrt
 
 import numpy as np
 import pytest
@@ -261,12 +261,38 @@ def test_a_throttle_that_nobody_watched_is_in_the_first_band_after_a_pause(moved
 def test_engine_off_is_a_thrust_of_zero_and_a_zero_before_it_runs_for_the_first_time():
     thrust_filter, calibrated = ThrustFilter(FusionSettings(), 1), []
     for k in range(600):
-        estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=0.0 if k < 300 or k > 400 else 30.0))
+        n1_pct = 0.0 if k < 300 or k > 400 else 30.0
+        estimate = thrust_filter.step(inputs(k, 85.0, nan, n1_pct=n1_pct, unlit=n1_pct < 25.0))
         calibrated.append(thrust_filter.calibrates)
     assert sum(calibrated) == 1
     assert estimate.status & Status.ENGINE_OFF
     assert abs(estimate.thrust_n) < 20.0
     assert estimate.mount_bias_n == pytest.approx(85.0, abs=25.0)
+
+
+def test_an_n1_of_nothing_alone_stops_no_engine():
+    """Fuel flow and N2 say that it burns: brochure and mounts are listened to."""
+    thrust_filter = ThrustFilter(FusionSettings(), 0)
+    for k in range(300):
+        n1_pct = dict(n1_pct=0.0, unlit=True) if k < 100 else dict(n1_pct=0.0, burns=True)
+        thrust_n = 5.0 * max(k - 100, 0)
+        estimate = thrust_filter.step(inputs(k, thrust_n, thrust_n, **n1_pct))
+        assert bool(estimate.status & Status.ENGINE_OFF) == (31 <= k < 100) or k == 30
+        assert k < 31 or abs(estimate.thrust_n - thrust_n) < 1.96 * estimate.thrust_std_n
+
+
+@pytest.mark.parametrize(("mount_n", "off"), [(150.0, True), (600.0, True), (5000.0, False)])
+def test_what_the_mounts_of_an_engine_show_that_nobody_else_hears_is_in_the_band(mount_n, off):
+    """It ran; then fuel flow and spools say that it does not. Beyond the mounts' errors nothing tells who is right."""
+    thrust_filter = ThrustFilter(FusionSettings(), 0)
+    for k in range(400):
+        silent = k > 200
+        said = dict(n1_pct=0.0, unlit=True, installed_n=200.0) if silent else dict(burns=True)
+        estimate = thrust_filter.step(inputs(k, mount_n, nan if silent else mount_n, **said))
+    assert bool(estimate.status & Status.ENGINE_OFF) == off and bool(estimate.status & Status.DISAGREE) != off
+    assert not thrust_filter.calibrates
+    for thrust_n in (0.0, mount_n):
+        assert abs(estimate.thrust_n - thrust_n) < 1.96 * hypot(estimate.thrust_std_n, MOUNT_STD_N)
 
 
 odd = st.sampled_from((nan, inf, -inf, 0.0, 1e9, -1e9, 3000.0))

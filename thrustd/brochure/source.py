@@ -14,7 +14,7 @@ from thrustd.brochure.deck import Deck
 from thrustd.brochure.deck_curves import NUMBERS, DeckInputs, DeckNumbers, estimate
 from thrustd.brochure.hand_over import HandOver, hand_over
 from thrustd.brochure.rate import smooth_rate
-from thrustd.brochure.windmilling import assumed, windmill
+from thrustd.brochure.windmilling import FLIES_N, assumed, windmill
 from thrustd.core.aircraft import Windmilling
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry, named
@@ -30,6 +30,7 @@ ENGINE = np.dtype(
         *((name, np.float64) for name in ("per_fuel_n", "log_flow")),
         *((name, np.float64) for name in ("off_m2", "off_std", "off_n")),  # of one that burns nothing: relative, N
         ("unlit", np.bool_),
+        ("burns", np.bool_),
         ("outside", np.bool_),
         ("transient", np.bool_),
     ]
@@ -90,13 +91,13 @@ def _look_at(work: _Work, dt_s: float, readings: Floats, n1_trusted: bool, deck_
     if not n1_trusted:
         e.n1_rate_pct_s = nan
     _ask(e, work.deck, readings)
-    windmill(e, readings)
     deck_n[0], deck_n[1], deck_n[2], deck_n[3] = e.fuel_flow_n, e.n1_n, e.n2_n, e.std_n
     deck_n[4], deck_n[5] = e.per_fuel_n, e.log_flow
 
 
 def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, fewer: bool, told: Any) -> None:
     e, t = work.engine[0], told[0]
+    windmill(e, readings)
     if fewer:
         _ask(e, work.deck, readings)
     n2_rate_pct_s, e.n2_lagged_pct = smooth_rate(e.n2_lagged_pct, readings[e.n2], dt_s)
@@ -108,8 +109,8 @@ def _tell_filter(work: _Work, dt_s: float, readings: Floats, ages_s: Floats, few
     )
     t.brochure_age_s = max(ages_s[e.n1], ages_s[e.fuel_flow])
     t.brochure_extrapolating, t.transient = e.outside, e.transient
-    t.unlit, t.off_n, t.off_std_n = e.unlit, e.off_n, e.off_std * abs(e.off_n)
-    if e.unlit:
+    t.unlit, t.burns, t.off_n, t.off_std_n = e.unlit, e.burns, e.off_n, e.off_std * abs(e.off_n)
+    if e.unlit and e.off_n < FLIES_N:
         t.brochure_n, t.brochure_std_n, t.brochure_lag_n = t.off_n, t.off_std_n, 0.0
 
 

@@ -20,7 +20,7 @@ from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 
-BELOW_IDLE_PCT = 25.0  # of N1: no engine that burns turns as slowly
+BELOW_IDLE_PCT = 25.0  # of N1 and N2: no engine that burns turns as slowly
 NO_FUEL_KG_S = 0.003  # a tenth of idle
 FLIES_N = -10.0  # what the air does to an engine on the ground is less
 JET_PA, JET_STD = 8e4, 0.3  # rho v^2 of a jet at take-off: 0.75 kg/m3 at 327 m/s of a JT15D-4; assumed of others
@@ -35,10 +35,15 @@ def assumed(thrust: ThrustSurface) -> Windmilling:
 
 @compiled
 def windmill(e: Any, readings: Floats) -> None:
-    """Thrust of the engine `e` (ENGINE of `source`) if it burns nothing, and whether it does not; NaN: as before."""
+    """Thrust of the engine `e` (ENGINE of `source`) if it burns nothing; NaN: as before. And who says whether it does.
+
+    `unlit`: somebody says that it burns nothing, and nobody that it does; who is NaN says nothing.
+    """
     mach = readings[e.mach]
     pressure_pa = dynamic_pressure_pa(mach, readings[e.altitude])
     if isfinite(pressure_pa):
         e.off_n = 0.0 - pressure_pa * e.off_m2 / (1.0 + 0.16 * mach * mach)
-    no_fuel = readings[e.fuel_flow] < NO_FUEL_KG_S and readings[e.n1] < BELOW_IDLE_PCT  # NaN is neither
-    e.unlit = e.off_n < FLIES_N and no_fuel
+    fuel_kg_s, n1_pct, n2_pct = readings[e.fuel_flow], readings[e.n1], readings[e.n2]
+    e.burns = fuel_kg_s >= NO_FUEL_KG_S or n1_pct >= BELOW_IDLE_PCT or n2_pct >= BELOW_IDLE_PCT
+    said = fuel_kg_s < NO_FUEL_KG_S or n1_pct < BELOW_IDLE_PCT or n2_pct < BELOW_IDLE_PCT
+    e.unlit = said and not e.burns

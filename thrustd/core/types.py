@@ -60,7 +60,7 @@ class Status(IntFlag):
     TRANSIENT = 1 << 8  # throttle moving: brochure source down-weighted
     GAP = 1 << 9  # ADC samples were lost; linear blocks stepped through or re-initialised
     ONE_MOUNT = 1 << 10  # engine thrust scaled from one mount
-    ENGINE_OFF = 1 << 11  # N1 below 5 %: zero thrust
+    ENGINE_OFF = 1 << 11  # nobody says that it runs: its thrust is none, or what windmilling costs
     LOAD_FACTOR_STALE = 1 << 12  # accelerations missing: g-load corrections at rest values
     CONVERGING = 1 << 13  # just started or restarted: band still wide
     STUCK = 1 << 14  # a sensor repeats itself although the other source moves

@@ -19,7 +19,7 @@ MOUNT_REJECTED, BROCHURE_REJECTED = int(Status.MOUNT_REJECTED), int(Status.BROCH
 MODEL_EXTRAPOLATING, DECK_EXTRAPOLATING = int(Status.MODEL_EXTRAPOLATING), int(Status.DECK_EXTRAPOLATING)
 TRANSIENT, GAP, ONE_MOUNT = int(Status.TRANSIENT), int(Status.GAP), int(Status.ONE_MOUNT)
 LOAD_FACTOR_STALE, ENGINE_OFF = int(Status.LOAD_FACTOR_STALE), int(Status.ENGINE_OFF)
-CONVERGING = int(Status.CONVERGING)
+CONVERGING, DISAGREE = int(Status.CONVERGING), int(Status.DISAGREE)
 
 
 @compiled
@@ -57,7 +57,8 @@ def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: in
     status |= _mount_bits(isfinite(t.mount_n), m.mount_used)
     rejected = isfinite(m.last_nu_n) and not m.last_used
     status |= _brochure_bits(isfinite(t.brochure_n), rejected, m.off)
-    variance_n2 = p[THRUST, THRUST]
+    status |= DISAGREE if m.contradicted else 0
+    variance_n2 = p[THRUST, THRUST] + m.beyond_n2
     if isfinite(m.mount_nu_n) and not m.mount_used:
         variance_n2 += m.mount_nu_n**2
     if rejected:

@@ -31,7 +31,9 @@ class FusionInputs(NamedTuple):
     transient: bool = False
     off_n: float = 0.0  # thrust of an engine that burns nothing: on the ground none
     off_std_n: float = 0.0
-    unlit: bool = False  # it flies and burns nothing
+    unlit: bool = False  # of fuel flow, N1 and N2 somebody says that it burns nothing, and nobody that it does
+    burns: bool = False  # somebody says that it does
+    installed_n: float = 0.0  # what nobody corrected of its mounts, one sigma
     gap: bool = False
     one_mount: bool = False
     load_factor_stale: bool = False

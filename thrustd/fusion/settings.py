@@ -32,8 +32,8 @@ class FusionSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     # gates
     gate_chi2: float = 15.1  # chi-square with one degree of freedom, one false alarm in 10 000
     # engine off
-    engine_off_n1_pct: float = 5.0  # below this N1 the engine is off
-    engine_off_after_s: float = 3.0  # once N1 was below that for so long
+    engine_off_n1_pct: float = 5.0  # an engine that is off turns no faster, standing on the ground
+    engine_off_after_s: float = 3.0  # once nobody has said for so long that it runs
     engine_off_std_n: float = 10.0  # of the zero thrust of an engine that is off
     converging_std_n: float = 400.0  # band wider than this: still converging
 

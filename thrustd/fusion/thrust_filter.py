@@ -4,7 +4,7 @@ State  x = [T, r, h, c, d], see `dynamics`. Measurements, each a scalar update b
 
     mount     y = T - age r + h + v                  sigma_h: the mounts' error in this region
     brochure  y = T - age r + s c + d + v            sigma_d: the deck's spread, the engine's own taken out
-    zero      0 = T + v                              engine off (N1 < 5 %): what the mounts show is their error
+    zero      0 = T + v                              engine off: what the mounts show is their error
 
 s is the brochure thrust in steps of 5 %. The errors are learnt only from the difference of two measurements:
 the first of an instant moves T and r alone (Schmidt-Kalman), else a thrust that moves would teach the filter an error

@@ -6,7 +6,7 @@ Every measurement is weighed, then taken or left. What that decides is said in `
 filter in `kalman`.
 """
 
-from math import isfinite, nan, sqrt
+from math import hypot, isfinite, nan, sqrt
 from typing import Any
 
 import numba
@@ -65,6 +65,8 @@ FILTER = np.dtype(
         ("used", np.bool_),
         ("last_used", np.bool_),
         ("off", np.bool_),
+        ("contradicted", np.bool_),  # the mounts say that it runs, and nobody else does
+        ("beyond_n2", np.float64),  # what the mounts of one that is off show beyond their own sigma
         ("calibrated", np.bool_),  # or never: it ran
         ("calibrated_now", np.bool_),  # at this step
         ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
@@ -105,18 +107,27 @@ def _take(m: Any, x: Floats, p: Floats) -> None:
 
 @compiled
 def _zero(m: Any, t: Any, s: Any) -> None:
-    """Once the engine is off its thrust is known: none, or what the air does to one that windmills.
+    """An engine is off when nobody says that it runs; then its thrust is known: none, or that of one that windmills.
 
-    Before it ran for the first time, on the ground, what the mounts show is their zeros.
+    Before it ran for the first time, on the ground, what the mounts show is their zeros. Later they say that it runs by
+    more than their own sigma and the installation's; what they show beyond their own may be a thrust, and is in the
+    band.
 
     What a flight leaves in their friction and creep is as large as a zero: nothing else calibrates it.
     """
-    turning = not (t.n1_pct < s.engine_off_n1_pct or t.unlit)  # NaN counts as turning
-    m.off_s = 0.0 if turning else m.off_s + m.dt_s
-    m.off = m.off_s >= s.engine_off_after_s
     stands = abs(t.off_n) <= s.engine_off_std_n
+    unlit = t.unlit and not (stands and t.n1_pct >= s.engine_off_n1_pct)  # it runs down
+    own_n2 = s.engine_off_std_n**2 + t.off_std_n**2 + t.installed_n**2 + t.mount_std_n**2
+    shown_n2 = (t.mount_n - t.off_n) ** 2
+    zeros_known = m.calibrated or not stands
+    m.contradicted = unlit and zeros_known and shown_n2 > s.gate_chi2 * own_n2  # NaN says nothing
+    m.off_s = m.off_s + m.dt_s if unlit and not m.contradicted else 0.0
+    m.off = m.off_s >= s.engine_off_after_s
+    m.beyond_n2 = max(shown_n2 - t.mount_std_n**2, 0.0) if m.off and isfinite(t.mount_n) else 0.0
     m.calibrated_now = m.off and stands and not m.calibrated and isfinite(t.mount_n)
-    m.calibrated |= m.off or t.n1_pct >= s.engine_off_n1_pct
+    m.calibrated |= m.off or t.burns or t.n1_pct >= s.engine_off_n1_pct
+    if m.contradicted:
+        t.brochure_n, t.brochure_std_n, t.brochure_lag_n = t.off_n, hypot(s.engine_off_std_n, t.off_std_n), 0.0
     if m.off:
         m.h[0] = 0.0
         m.h[0, THRUST] = 1.0
@@ -147,7 +158,8 @@ def _mounts(m: Any, t: Any, s: Any, x: Floats, p: Floats) -> None:
 @compiled
 def _brochure(m: Any, t: Any, s: Any, again: bool, x: Floats, p: Floats) -> None:
     """Once per reading of the engine; in between the last verdict stands."""
-    if m.off or t.n1_pct < s.engine_off_n1_pct or not isfinite(t.brochure_n):
+    stopping = t.unlit and t.n1_pct < s.engine_off_n1_pct and not m.contradicted
+    if m.off or stopping or not isfinite(t.brochure_n):
         m.last_nu_n, m.last_used = nan, False  # no deck says anything of an engine that stands
         return
     read_ns = t.t_ns - round(t.brochure_age_s * 1e9)

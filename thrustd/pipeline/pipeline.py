@@ -285,6 +285,7 @@ class Pipeline:
         tell_filters(told, t_ns, troubles, verdict.mounts, self._mounts_of, self._states, readings[self._loads])
         for e, brochure in enumerate(self._brochures):
             brochure.tell(dt_s, trusted, self._inputs.ages_s, bool(verdict.excluded), self._told_of[e])
+            told["installed_n"][e] = self._monitor.uncorrected_n(e)
             if verdict.status[e]:
                 told["status"][e] |= verdict.status[e]
             if self._monitor.bank.found.item(e) in (BROCHURE_OFF, AIR_OFF):

@@ -63,7 +63,7 @@ BOTH, BROCHURE = (0, 1), (2, 3, 4)
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (), BOTH, BOTH, BROCHURE)
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
 BY_MOUNTS = 1.0 - OFF[:, UPPER] * OFF[:, LOWER]  # see `fusion.mixture.Weighed`
-OFF_N1_PCT, TURNING_N1_PCT, STARTED_S = 5.0, 20.0, 15.0  # before that an engine starts: no deck says anything of it
+TURNING_N1_PCT, STARTED_S = 20.0, 15.0  # before that an engine starts: no deck says anything of it
 SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
 
@@ -218,8 +218,7 @@ def _lead(found: int, out: Floats) -> int:
 def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
     """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here."""
     past, spools_pct = memory.past[e], readings[engines.spools[e]]
-    fastest_pct = np.nanmax(spools_pct)  # NaN: nobody says
-    turns = fastest_pct > TURNING_N1_PCT
+    turns = np.nanmax(spools_pct) > TURNING_N1_PCT  # NaN: nobody says
     # one that nobody hears for a while, or nobody whom one can trust, has not stopped: what is known stays
     if np.nanmax(np.where(trusted[N1:], spools_pct, nan)) <= TURNING_N1_PCT:
         past.n, past.since_s, past.rate_n_s[:] = 0, nan, 0.0
@@ -228,7 +227,7 @@ def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floa
     if turns and t_s - past.since_s >= STARTED_S:
         return True
     memory.heard[e].n, more_n2 = 0, installed_n2(row.reshape((1, WIDTH)), 0, 0, engines.installed)
-    memory.leading[e, UNCORRECTED_N] = 0.0 if fastest_pct < OFF_N1_PCT else sqrt(more_n2)
+    memory.leading[e, UNCORRECTED_N] = sqrt(more_n2)
     forget(memory.jumps[e])
     return False
 
