@@ -77,13 +77,16 @@ def test_the_bits_of_the_status(status: Status, word: int) -> None:
 
 WORD_OF = {  # by bit of the word: what sets it
     1: ("MOUNT_LOST", "MOUNT_FAILED", "BROCHURE_LOST", "BROCHURE_FAILED", "ONE_MOUNT"),
-    2: ("DISAGREE",),
-    3: ("SENSOR_EXCLUDED", "STUCK", "MOUNTS_DISAGREE", "CHANNEL_OPEN"),
+    2: ("DISAGREE", "MOUNT_REJECTED", "BROCHURE_REJECTED"),
+    3: (
+        "SENSOR_EXCLUDED", "STUCK", "MOUNTS_DISAGREE", "CHANNEL_OPEN",
+        "OUT_OF_RANGE", "SIGNAL_STALE", "LOAD_FACTOR_STALE", "LINK_LOST",
+    ),
     4: ("NOT_RECORDING",),
     5: ("MODEL_EXTRAPOLATING", "DECK_EXTRAPOLATING"),
     6: ("TRANSIENT",),
     7: ("CONVERGING",),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("status", list(Status))

@@ -5,11 +5,14 @@ from thrustd.core.types import Status
 _STARTING = Status.CONVERGING
 _MOUNTS_OUT = Status.MOUNT_LOST | Status.MOUNT_FAILED
 _BROCHURE_OUT = Status.BROCHURE_LOST | Status.BROCHURE_FAILED
+_REJECTED = Status.MOUNT_REJECTED | Status.BROCHURE_REJECTED  # by the other source: the band holds both
+_AT_FAULT = Status.SENSOR_EXCLUDED | Status.STUCK | Status.MOUNTS_DISAGREE | Status.CHANNEL_OPEN
+_NOT_USED = Status.OUT_OF_RANGE | Status.SIGNAL_STALE | Status.LOAD_FACTOR_STALE | Status.LINK_LOST  # a reading is not
 VALID, DEGRADED = 1 << 0, 1 << 1
 BITS = (  # bit of the word, any of these bits of the estimate
     (DEGRADED, _MOUNTS_OUT | _BROCHURE_OUT | Status.ONE_MOUNT),
-    (1 << 2, Status.DISAGREE),
-    (1 << 3, Status.SENSOR_EXCLUDED | Status.STUCK | Status.MOUNTS_DISAGREE | Status.CHANNEL_OPEN),
+    (1 << 2, Status.DISAGREE | _REJECTED),
+    (1 << 3, _AT_FAULT | _NOT_USED),
     (1 << 4, Status.NOT_RECORDING),
     (1 << 5, Status.MODEL_EXTRAPOLATING | Status.DECK_EXTRAPOLATING),
     (1 << 6, Status.TRANSIENT),
