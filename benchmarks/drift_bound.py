@@ -35,7 +35,8 @@ from benchmarks.integrity_flight import Flight, S, damaged, flight, whole
 from thrustd.core.columns import Floats
 from thrustd.fusion.mixture import P
 from thrustd.pipeline.pipeline import Pipeline
-from thrustd.sensors.bank import FOUND, Bank
+from thrustd.sensors.bank import Bank
+from thrustd.sensors.lead import FOUND
 from thrustd.sensors.onsets import LOWER_OFF, MOUNTS_OFF, NEW, UPPER_OFF, WELL
 from thrustd.sensors.past import DECK_N, N_SOURCES, SAID, T_S
 

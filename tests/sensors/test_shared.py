@@ -4,19 +4,21 @@ import numpy as np
 
 from tests.sensors.test_evidence import INSTALLED, SHARE, flown
 from thrustd.sensors import evidence, onsets
+from thrustd.sensors.kinematics import REFUTED, Bias, balance_of, no_balance
 from thrustd.sensors.past import AIR_MACH, ALONG_G, T_S
 from thrustd.sensors.shared import weigh_shared
 
 MOUNTS, BROCHURE = np.array((SHARE, 1 - SHARE, 0, 0, 0)), np.array((0, 0, 1.0, 1.0, 1.0))
 IDLE_N, BEGINS_S = 600.0, 300.0
+WEIGHT_N, SILENT = 3660.0, Bias(no_balance(), 3660.0)
 
 
-def weighed(left, right, seconds, along_g=0.0):
-    """(2, N_HYPOTHESES): probabilities so many seconds after the faults began, of each engine the time -> (5,).
+def weighed(left, right, seconds, along_g=0.0, bias=SILENT):
+    """(2, N_HYPOTHESES), (2,): probabilities and odds so many seconds after faults began, of each engine time -> (5,).
 
     `along_g`: what the accelerometer has shown since then, of which the Mach number shows nothing.
     """
-    heard, out = np.zeros(2, onsets.HEARD), np.zeros((2, onsets.N_HYPOTHESES, 3))
+    heard, out, odds = np.zeros(2, onsets.HEARD), np.zeros((2, onsets.N_HYPOTHESES, 3)), np.zeros(2)
     for fault_of, said, row in zip((left, right), heard, out, strict=True):
         seen = flown(lambda t_s, of=fault_of: of(t_s - BEGINS_S), BEGINS_S + seconds, lambda t_s: IDLE_N)
         *_, (rows, n) = seen
@@ -24,9 +26,9 @@ def weighed(left, right, seconds, along_g=0.0):
         rows[:, AIR_MACH] = along_g * 9.81 / 340.0 * np.maximum(rows[:, T_S] - BEGINS_S, 0.0)
         evidence.weigh(rows, n, SHARE, onsets.WELL, INSTALLED, said, row)
     for e in range(2):
-        weigh_shared(heard, e, onsets.WELL, out[e])
+        odds[e] = weigh_shared(heard, e, onsets.WELL, bias, out[e])
     assert np.allclose(out[:, :, 0].sum(axis=1), 1.0)
-    return out[:, :, 0]
+    return out[:, :, 0], odds
 
 
 def healthy(since_s):
@@ -36,22 +38,41 @@ def healthy(since_s):
 def test_an_accelerometer_that_jumps_is_wrong_on_both_engines_at_once():
     """Not the mounts of both engines; nor air data, which say the same as before and miss no such acceleration."""
     for g in (-0.05, 0.05):
-        p = weighed(*2 * [lambda since_s, n=3660.0 * g: n * (since_s > 0) * MOUNTS], 1.2, g)
+        p, _ = weighed(*2 * [lambda since_s, n=3660.0 * g: n * (since_s > 0) * MOUNTS], 1.2, g)
         assert (p[:, onsets.ACCELERATION_OFF] > 0.99).all()
 
 
 def test_the_mounts_of_one_engine_are_no_accelerometer():
-    p = weighed(lambda since_s: 400.0 * (since_s > 0) * MOUNTS, healthy, 6.0)
+    p, _ = weighed(lambda since_s: 400.0 * (since_s > 0) * MOUNTS, healthy, 6.0)
     assert p[0].argmax() == onsets.MOUNTS_OFF and p[0, onsets.MOUNTS_OFF] > 0.9
     assert p[1, onsets.WELL] > 0.9
 
 
 def test_a_mach_number_that_freezes_in_a_roll_is_no_accelerometer():
     """What no accelerometer does: 100 N a second, on both engines."""
-    p = weighed(*2 * [lambda since_s: 100.0 * max(since_s, 0.0) * BROCHURE], 6.0, 0.35)
+    p, _ = weighed(*2 * [lambda since_s: 100.0 * max(since_s, 0.0) * BROCHURE], 6.0, 0.35)
     assert (p[:, onsets.AIR_OFF] > 0.9).all()
 
 
 def test_engines_that_are_well_share_nothing():
-    p = weighed(healthy, healthy, 10.0)
+    p, _ = weighed(healthy, healthy, 10.0)
     assert (p[:, onsets.ACCELERATION_OFF :] < 1e-3).all() and (p[:, onsets.WELL] > 0.9).all()
+
+
+def steady(mean_g, seconds):
+    """What kinematics says of an accelerometer that shows so much more than the aircraft does, for so long."""
+    rng, balance = np.random.default_rng(2), no_balance()
+    for t_s in np.arange(0.0, 60.0 + seconds, 0.1):
+        shown_g = np.sin(np.radians(3.0)) + rng.normal(0, 0.002) + mean_g * (t_s > 60.0)
+        balance_of(balance, shown_g, 1.0, 3.0, (120.0 + rng.normal(0, 0.1)) / 331.3, 0.0, 0.1)
+    return Bias(balance, WEIGHT_N)
+
+
+def test_what_all_mounts_share_is_the_accelerometer_unless_the_speed_confirms_its_readings():
+    """All mounts jump alike: within some seconds the speed shows that acceleration, or refutes the accelerometer."""
+    jumps = 2 * [lambda since_s: 0.1 * WEIGHT_N * (since_s > 0) * MOUNTS]
+    for seconds, refuted in ((1.2, False), (20.0, True)):
+        for mean_g in (0.0, 0.1):
+            p, odds = weighed(*jumps, seconds, 0.1, steady(mean_g, seconds))
+            assert (p[:, onsets.ACCELERATION_OFF] > 0.9).all()
+            assert ((odds < REFUTED) == (refuted and mean_g == 0.0)).all()

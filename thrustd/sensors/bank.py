@@ -20,11 +20,22 @@ from thrustd.core.aircraft import NO_MOUNT, Installed
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
+from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.errors import installed_n2
 from thrustd.sensors.evidence import uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
-from thrustd.sensors.kinematics import air_leaves
-from thrustd.sensors.onsets import BLED, BROCHURE_OFF, FUEL_OFF, HEARD, MOUNTS_OFF, N_HYPOTHESES, SCALE_OFF, WELL
+from thrustd.sensors.kinematics import BALANCE, REFUTED, Bias, air_leaves
+from thrustd.sensors.lead import lead_of, likely
+from thrustd.sensors.onsets import (
+    ACCELERATION_OFF,
+    BLED,
+    BROCHURE_OFF,
+    FUEL_OFF,
+    HEARD,
+    MOUNTS_OFF,
+    N_HYPOTHESES,
+    WELL,
+)
 from thrustd.sensors.past import (
     AIR_MACH,
     ALONG_G,
@@ -57,7 +68,6 @@ from thrustd.sensors.past import (
 from thrustd.sensors.shared import weigh_shared
 
 EVERY_LOOKS, UNCORRECTED_EVERY = 2, 4
-FOUND, OVER = 0.98, 0.2
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
 BOTH, BROCHURE = (0, 1), (2, 3, 4)
 SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (), BOTH, BOTH, BROCHURE)
@@ -80,6 +90,8 @@ class _Memory(NamedTuple):
     heard: Any  # HEARD
     leading: Floats  # (n, 3) thrust and its sigma by the one that leads; what is uncorrected, N
     air: Floats  # (4,) see `air_leaves`
+    bias: Bias
+    odds: Floats  # (n,) ln: what all mounts share is the accelerometer
 
 
 class _Engines(NamedTuple):
@@ -97,14 +109,14 @@ class Bank:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(
-        self, mounts: Integers, spools: Integers, air: Integers, shares: Floats, spring_n_mm: Floats,
-        installed: Installed,
+        self, combiner: MountCombiner, spools: Integers, air: Integers, spring_n_mm: Floats, installed: Installed,
+        bias: Bias,
     ) -> None:  # fmt: skip
-        """By engine (n, 2) its mounts, the upper one first, -1 for none; places of N1 and N2; `air`: see `_Engines`.
+        """By engine: places of N1 and N2 (n, 2); `air`: `_Engines`; spring rates of an engine's mounts (2,).
 
-        `shares` (n,): of the upper mounts; `spring_n_mm` (2,): spring rates of an engine's mounts.
         Of an engine with one mount nothing tells that mount from both: neither is found, and the band holds them.
         """
+        mounts, shares = combiner.mounts, combiner.shares
         n = len(mounts)
         self._past, self.found, self._anew = no_past(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
         self.rows = np.zeros((n, N_HYPOTHESES, 3))
@@ -112,12 +124,12 @@ class Bank:
         self.leading = np.full((n, 3), np.nan)
         self.leading[:, UNCORRECTED_N] = 0.0
         self._turn, self._air = np.zeros(1, np.int64), np.array((0.0, np.nan, np.nan, 0.0))
-        own = np.ascontiguousarray(mounts[:, :2])
+        own, self._odds = np.ascontiguousarray(mounts[:, :2]), np.zeros(n)
         self._jumps = no_jumps(n)
         self._follow = self._jumps, own, shares, spring_n_mm
         self._memory = _Memory(
             self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading,
-            self._air,
+            self._air, bias, self._odds,
         )  # fmt: skip
         self._engines = _Engines(own, spools, air, shares, OFF, installed)
 
@@ -136,8 +148,12 @@ class Bank:
     def disagree(self, engine: int) -> bool:
         """Nothing tells who is right; bled air is nobody's fault."""
         p, found = self.rows[engine, :, P].tolist(), self.found.item(engine)
-        likely = p[WELL] + p[BLED] if found in (WELL, BLED) else _likely.py_func(found, p)
-        return bool(likely < 1.0 - DISAGREE)
+        told = p[WELL] + p[BLED] if found in (WELL, BLED) else likely.py_func(found, p)
+        return bool(told < 1.0 - DISAGREE)
+
+    def accelerometer(self) -> bool:
+        """What all mounts share was found, and no motion of the aircraft refutes that it is the accelerometer."""
+        return bool((self.found == ACCELERATION_OFF).any() and (self._odds > REFUTED).all())
 
     def apart_n(self) -> Floats:
         """(n, 2) by engine: the thrust by mounts that are well minus that by a brochure that is, and its sigma."""
@@ -200,21 +216,6 @@ def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, de
 
 
 @compiled
-def _likely(which: int, p: Any) -> float:
-    """How likely it is that its sensors are at fault: both mounts are by whatever is wrong with them."""
-    return float(p[MOUNTS_OFF] + p[SCALE_OFF] if which in (MOUNTS_OFF, SCALE_OFF) else p[which])
-
-
-@compiled
-def _lead(found: int, out: Floats) -> int:
-    """The hypothesis that leads from now on."""
-    best = int(np.argmax(out[:, 0]))
-    if _likely(best, out[:, 0]) > FOUND:
-        return best
-    return WELL if _likely(found, out[:, 0]) < OVER else found
-
-
-@compiled
 def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
     """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here."""
     past, spools_pct = memory.past[e], readings[engines.spools[e]]
@@ -265,8 +266,9 @@ def _look_at(
     before = WELL if memory.anew[e] else found[e]
     memory.anew[e] = 0
     weigh(rows, past[e].n, share, before, installed, memory.heard[e], out)
-    weigh_shared(memory.heard, e, before, out)
-    lead = _lead(before, out)
+    odds = weigh_shared(memory.heard, e, before, memory.bias, out)
+    lead = lead_of(before, out)
+    memory.odds[e] = min(odds, memory.odds[e] if lead == ACCELERATION_OFF else 0.0)  # refuted while it lasts
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:
         best = np.argmax(out[:, 0])  # though it was not found
@@ -281,7 +283,8 @@ _F, _ROW, _TABLE, _FLAGS = numba.float64, numba.float64[::1], numba.float64[:, :
 _I, _PLACES = numba.int64[::1], numba.int64[:, ::1]
 _RECORDS = numba.from_dtype(PAST)[::1], numba.from_dtype(JUMPS)[::1]
 _HEARD = numba.from_dtype(HEARD)[::1]
-_MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW)
+_BIAS = named(Bias, numba.from_dtype(BALANCE)[::1], _F)
+_MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW, _BIAS, _ROW)
 _INSTALLED = named(Installed, *[_F] * len(Installed._fields))
 _ENGINES = named(_Engines, _PLACES, _PLACES, _I, _ROW, _TABLE, _INSTALLED)
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)

@@ -16,7 +16,7 @@ Reference: Klein & Morelli, Aircraft System Identification, sec. 3.3 and 10.1 (k
 
 from collections.abc import Callable, Sequence
 from math import erfc, exp, isfinite, log, nan, radians, sin, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,14 +38,25 @@ MOUNTING_G, START_G, START_M_S = 0.008, 0.02, 10.0
 OF_A_TURN, TURN_NOISE, TURN_FADES_S = 0.1, 0.3, 40.0
 FLYING_MACH, TAXI_M_S, TAXI_S = 0.2, 10.0, 10.0
 FOUND, OVER, TOO_FAST = 5.0, 2.0, 3.0  # sigmas; a speed that readings have pulled back from is no further off
-MACH_BLAMED = log(0.02)  # odds; else it is the accelerometer
+REFUTED = log(0.02)  # odds; else it is the accelerometer
 LEAST_PHI = 1e-12
 SETTLED_S, LASTS_S = 20.0, 4.0  # by then a Mach number or a pitch that drifts is known by its own watch
 SOUND_M_S, ABOUT_SOUND_M_S = 20.0468, 320.0  # of the root of the temperature; anywhere below 10 km
+INSTANTS, INSTANT_S = 60, 0.4  # as often as an engine is weighed; of what is older b shows as much as of the oldest
+KEPT = "v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found", "excess_g", "odd_s", "more", "blamed"
 BALANCE = np.dtype(
-    [(name, np.float64) for name in ("v", "b", "p_vv", "p_vb", "p_bb", "turn", "since_s", "found", "excess_g", "odd_s")]
-    + [("more", np.float64), ("blamed", np.float64)]
+    [(name, np.float64) for name in KEPT]
+    # of biases of 1 g that began at some instants, the oldest first: how long ago, done to V, not in b yet
+    + [("n", np.int64), *((name, np.float64, INSTANTS) for name in ("age_s", "ahead_m_s", "unseen"))]
+    + [("variance_g2", np.float64)]  # of b; 0: it says nothing
 )
+
+
+class Bias(NamedTuple):
+    """What the aircraft's motion says of the accelerometer."""
+
+    balance: Any  # BALANCE (1,)
+    weight_n: float  # of an engine
 
 
 def no_balance() -> Any:
@@ -58,6 +69,33 @@ def no_balance() -> Any:
 @compiled
 def _begin(m: Any, v: float) -> None:
     m.v, m.b, m.p_vv, m.p_vb, m.p_bb, m.since_s = v, 0.0, START_M_S**2, 0.0, START_G**2, 0.0
+    m.n, m.variance_g2 = 0, 0.0
+
+
+@compiled
+def _see(m: Any, k_v: float, k_b: float, dt_s: float) -> None:
+    """What b shows of a bias that began at an instant: the filter's own answer to it."""
+    if m.n == 0 or m.age_s[m.n - 1] >= INSTANT_S:
+        if m.n == INSTANTS:
+            m.n -= 1
+            for i in range(1, m.n):  # the oldest stays
+                m.age_s[i], m.ahead_m_s[i], m.unseen[i] = m.age_s[i + 1], m.ahead_m_s[i + 1], m.unseen[i + 1]
+        m.age_s[m.n], m.ahead_m_s[m.n], m.unseen[m.n] = 0.0, 0.0, 1.0
+        m.n += 1
+    for i in range(m.n):
+        m.age_s[i] += dt_s
+        m.ahead_m_s[i] += dt_s * STANDARD_GRAVITY_M_S2 * m.unseen[i]
+        m.unseen[i] += k_b * m.ahead_m_s[i]
+        m.ahead_m_s[i] *= 1.0 - k_v
+
+
+@compiled
+def shown(m: Any, since_s: float) -> float:
+    """Part of a bias that began so long ago which b shows by now."""
+    for i in range(m.n):
+        if m.age_s[i] <= since_s:
+            return float(1.0 - m.unseen[i])
+    return 0.0
 
 
 @compiled
@@ -74,6 +112,7 @@ def _step(m: Any, v: float, f_x_g: float, pitch_deg: float, turn: float, varianc
     m.p_bb -= k_b * m.p_vb
     m.p_vb, m.p_vv = (1.0 - k_v) * m.p_vb, (1.0 - k_v) * m.p_vv
     m.since_s += dt_s
+    _see(m, k_v, k_b, dt_s)
 
 
 def _balance(
@@ -83,7 +122,7 @@ def _balance(
     m = balance[0]
     v = mach * SOUND_M_S * sqrt(max((sat_degc if isfinite(sat_degc) else 0.0) + 273.15, 100.0))
     if not (isfinite(mach + f_x_g + f_z_g + pitch_deg) and dt_s > 0.0):
-        m.v = nan
+        m.v, m.variance_g2 = nan, 0.0
         return bool(m.found)
     turn = abs(f_z_g - 1.0)
     m.turn = max(turn, m.turn * exp(-dt_s / TURN_FADES_S))
@@ -99,6 +138,7 @@ def _balance(
         m.odd_s = m.odd_s + dt_s if odd else 0.0
         m.found = odd and (m.found or m.odd_s > LASTS_S)
         m.excess_g = sqrt(max(m.b**2 - variance_g2, 0.0))  # of b beyond what is known of it
+        m.variance_g2 = max(m.b**2, variance_g2)  # it may be the Mach number's or the pitch's
     return bool(m.found)
 
 
@@ -135,6 +175,11 @@ class Accelerometer:
         self._blamed, self._excess_g = self._balance["blamed"], self._balance["excess_g"]  # (1,), views
 
     @property
+    def bias(self) -> Bias:
+        """What the bank is told of it; goes on."""
+        return Bias(self._balance, self._weight_n)
+
+    @property
     def blamed(self) -> Sensor | None:
         """Which of both is at fault."""
         return (None, ACCELERATION, MACH)[int(self._blamed.item())]
@@ -152,7 +197,7 @@ class Accelerometer:
         ]
         contradict, blamed = balance_of(self._balance, *taken, dt_s), self.blamed
         if contradict and blamed is None:
-            is_mach = _accelerometer_odds(float(self._balance["more"].item()), apart_n()) < MACH_BLAMED
+            is_mach = _accelerometer_odds(float(self._balance["more"].item()), apart_n()) < REFUTED
             self._balance["blamed"] = 2.0 if is_mach else 1.0
         elif not contradict and (blamed == ACCELERATION or taken[MACH_TAKEN] > FLYING_MACH):
             self._balance["blamed"] = 0.0  # an airspeed that says nothing has not agreed
@@ -163,11 +208,12 @@ class Accelerometer:
         return 0.0 if self.blamed else float(self._weight_n * self._excess_g.item())
 
     def snapshot(self) -> list[float]:
-        return [0.0 if value != value else value for value in self._balance[0].tolist()]
+        return [0.0 if value != value else value for value in self._balance[list(KEPT)][0].tolist()]
 
     def restore(self, numbers: Sequence[float]) -> None:
         """ValueError or TypeError when these are no numbers of this kind."""
-        self._balance[0] = tuple(float(value) for value in numbers)
-        self._balance["v"] = nan
+        for name, value in zip(KEPT, numbers, strict=True):
+            self._balance[name] = float(value)
+        self._balance["v"], self._balance["variance_g2"] = nan, 0.0
         if self._balance["blamed"].item() not in (0.0, 1.0, 2.0):
             raise ValueError("not who is blamed")

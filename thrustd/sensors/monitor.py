@@ -72,7 +72,8 @@ class Monitor:
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
         leaves, springs = np.array([place(sensor) for sensor in LEAVES]), np.array((aircraft.spring_n_mm * 2)[:2])
-        self.bank = Bank(self.combiner.mounts, spools, leaves, self.combiner.shares, springs, installed)
+        self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
+        self.bank = Bank(self.combiner, spools, leaves, springs, installed, self._accelerometer.bias)
         self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
         self._altitude, self._load = place(("pressure_altitude_m", 0)), place(("accel_z_g", 0))
         self._sat = self._watches["sat_degC", 0]
@@ -80,7 +81,6 @@ class Monitor:
         self._suspect = self._sat_stuck = False  # some sensor's own watch has a fault or a jump in doubt; SAT
         self._mute: dict[Sensor, float] = {}  # who says nothing, and for how long, s
         self._untold = False  # what a process before this one reported
-        self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
         self._statuses, self._uncorrected_n = [0 for _ in engines], [0.0 for _ in engines]  # as of the last look
         self._kinds: dict[Sensor, str] = {}  # sensor -> the fault that was reported
         self._failed = [""] * len(layout.mounts_of_engine)  # faults of thrust sources that were reported
@@ -231,7 +231,7 @@ class Monitor:
         for engine, found in enumerate(self.bank.found.tolist()):
             if found not in (BROCHURE_OFF, AIR_OFF):  # its sensors are well: it is the engine or the air data
                 judged += self._sensors_off(engine, found)
-        if blamed is None and (self.bank.found == ACCELERATION_OFF).any():
+        if blamed is None and self.bank.accelerometer():
             blamed = ACCELERATION
         return judged if blamed is None else [*judged, blamed]
 
@@ -253,7 +253,7 @@ class Monitor:
         nameable = set(judged) & {self._accelerometer.blamed, ("sat_degC", 0)}
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
             if found == ACCELERATION_OFF:
-                nameable.add(ACCELERATION)
+                nameable |= {ACCELERATION} & set(judged)
             elif found not in (MOUNTS_OFF, SCALE_OFF):
                 nameable |= set(self._sensors_off(engine, found)) & set(judged)
         for sensor in self._watches.sensors:
@@ -272,7 +272,8 @@ class Monitor:
     def _whole_changes(self, t_ns: int) -> list[Fault]:
         faults, self._untold = self._standing(t_ns) if self._untold else [], False
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
-            whole, before = WHOLE_OFF.get(found, ""), self._failed[engine]
+            transducers = found == ACCELERATION_OFF and ACCELERATION not in self._judged
+            whole, before = "mount" if transducers else WHOLE_OFF.get(found, ""), self._failed[engine]
             if whole == before:
                 continue
             shared = ACCELERATION in self._judged or not self._watches.trusts(ACCELERATION)

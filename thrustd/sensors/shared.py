@@ -1,11 +1,12 @@
-"""What is wrong on every engine at once: the accelerometer, which all mounts share, or the air data of all brochures.
+"""What is wrong on every engine at once: what all mounts share, or the air data of all brochures.
 
     y_e = H T_e + e_e + V_e b     of engine e, the same b [N] on each; the errors e of one are independent of another's
 
 So V' A V and V' z are those of every engine over its own rows, and b is smooth (see `fault_shape`), in time or in what
 its sensor does:
 
-    the accelerometer    sudden or gradual over minutes; or as its reading goes, by an engine's weight
+    all mounts           sudden or gradual over minutes; or as the accelerometer goes, by an engine's weight: it is at
+                         fault, or all transducers are, by what kinematics makes of its readings
     air data             gradual over minutes; or as the Mach number changes, or stands while the aircraft accelerates;
                          those that jump are known by their own watch
 
@@ -24,12 +25,34 @@ from thrustd.sensors.errors import REACH_MACH
 from thrustd.sensors.evidence import log_pushes, sum_up
 from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
 from thrustd.sensors.fault_shape import FAULT_S, smooth
+from thrustd.sensors.kinematics import Bias, shown
 from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, LIKE, SIZES_N, STAYS, WELL
 from thrustd.sensors.positive import factor
 
 REACH_G = 1.4  # 3000 N of a fault go as an engine's weight, 3.7 kN for 1 g
 SHARED = 2e-3  # prior of each of the two within the rows, as of both mounts of an engine
 DOUBT = 0.05  # an engine that is less likely to have something is well
+
+
+@compiled
+def _listen(bias: Bias, t_s: Floats, alone: Alone) -> None:
+    """One more measurement of b: kinematics' estimate, in g, is a mean of b that the rows' own times weigh.
+
+    b_kin W = sum w_i b_i + v      w_i: part of a bias since row i that the estimate shows, less one since i - 1
+                                   v: its sigma, or all of it: pitch and airspeed may be what is wrong
+    """
+    m, n = bias.balance[0], len(t_s)
+    if m.variance_g2 <= 0.0:
+        return
+    weights, before = np.empty(n), 0.0
+    for i in range(n):
+        since = shown(m, t_s[0] - t_s[i])
+        weights[i], before = since - before, since
+    per_n2 = 1.0 / (m.variance_g2 * bias.weight_n**2)
+    for i in range(n):
+        alone.g[i] += weights[i] * m.b * bias.weight_n * per_n2
+        for j in range(n):
+            alone.f[i, j] += weights[i] * weights[j] * per_n2
 
 
 @compiled
@@ -72,10 +95,12 @@ def _lasting(at: Floats, reach: float) -> Floats:
 
 
 @compiled
-def _weigh_one(heard: Any, e: int, which: int, well: Floats, row: Floats) -> None:
+def _weigh_one(heard: Any, e: int, which: int, listens: bool, bias: Bias, well: Floats, row: Floats) -> None:
     """One of the two, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
     k, of_air = which - ACCELERATION_OFF, which == AIR_OFF
     t_s, own, alone = _together(heard, e, k)
+    if listens:
+        _listen(bias, t_s, alone)
     n, sizes = len(t_s), SIZES_N[LIKE[k] - 1]
     across, seen = np.empty(n), Seen(np.empty((n, n)), np.empty(n), np.empty(n), t_s)
     room, logs, said, told = room_for(n), np.empty(6 * n), np.empty((6 * n, 2)), 0
@@ -97,8 +122,22 @@ def _weigh_one(heard: Any, e: int, which: int, well: Floats, row: Floats) -> Non
 
 
 @compiled
-def weigh_shared(heard: Any, e: int, found: int, out: Floats) -> None:
-    """Puts both among what engine e may have alone, `out` (N_HYPOTHESES, 3) of `weigh`; `found`: see there."""
+def _weigh_mounts(heard: Any, e: int, bias: Bias, well: Floats, row: Floats) -> float:
+    """The accelerometer or all transducers, as likely. -> ln of the odds that it is the accelerometer."""
+    logs, said = np.empty(2), np.empty((2, 2))
+    for k in range(2):
+        _weigh_one(heard, e, ACCELERATION_OFF, k == 0, bias, well, row)
+        logs[k], said[k, 0], said[k, 1] = row[0] - log(2.0), row[1], row[2]
+    sum_up(logs, said, row)
+    return float(logs[0] - logs[1])
+
+
+@compiled
+def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> float:
+    """Puts both among what engine e may have alone, `out` (N_HYPOTHESES, 3) of `weigh`; `found`: see there.
+
+    -> ln of the odds that what all mounts share is the accelerometer.
+    """
     others, doubt, alone = 0, 1.0 - heard[e].well, 0.0
     for o in range(len(heard)):
         if heard[o].n > 0:
@@ -106,11 +145,11 @@ def weigh_shared(heard: Any, e: int, found: int, out: Floats) -> None:
             others += 1 if o != e else 0
             doubt = max(doubt, 1.0 - heard[o].well)
     if others == 0 or (doubt < DOUBT and found < ACCELERATION_OFF):
-        return
-    logs = np.zeros(3)
+        return 0.0
+    logs, odds = np.zeros(3), _weigh_mounts(heard, e, bias, out[WELL], out[ACCELERATION_OFF])
+    _weigh_one(heard, e, AIR_OFF, False, bias, out[WELL], out[AIR_OFF])
     for k in range(2):
         which = ACCELERATION_OFF + k
-        _weigh_one(heard, e, which, out[WELL], out[which])
         logs[k] = out[which, 0] - alone + (log(STAYS / SHARED) if which == found else 0.0)
     if found >= ACCELERATION_OFF:
         logs[2] = log(1.0 - STAYS)
@@ -121,3 +160,4 @@ def weigh_shared(heard: Any, e: int, found: int, out: Floats) -> None:
         out[which, 0] *= exp(logs[2] - most) / total
     for k in range(2):
         out[ACCELERATION_OFF + k, 0] = exp(logs[k] - most) / total
+    return odds

@@ -1,0 +1,26 @@
+"""Which hypothesis of the bank leads: a fault is found above FOUND, and over below OVER."""
+
+from typing import Any
+
+import numpy as np
+
+from thrustd.core.columns import Floats
+from thrustd.core.jit import compiled
+from thrustd.sensors.onsets import MOUNTS_OFF, SCALE_OFF, WELL
+
+FOUND, OVER = 0.98, 0.2
+
+
+@compiled
+def likely(which: int, p: Any) -> float:
+    """How likely it is that its sensors are at fault: both mounts are by whatever is wrong with them."""
+    return float(p[MOUNTS_OFF] + p[SCALE_OFF] if which in (MOUNTS_OFF, SCALE_OFF) else p[which])
+
+
+@compiled
+def lead_of(found: int, out: Floats) -> int:
+    """The hypothesis that leads from now on."""
+    best = int(np.argmax(out[:, 0]))
+    if likely(best, out[:, 0]) > FOUND:
+        return best
+    return WELL if likely(found, out[:, 0]) < OVER else found
