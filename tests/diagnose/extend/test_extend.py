@@ -111,3 +111,11 @@ def test_friction_that_a_model_had_as_an_effect_is_in_the_model_that_is_written(
     more = extend(mount(effects=[stops]), [measured], ["axial_inertia"])
     assert not more.remarks
     assert compare({"more": more.spec}, [measured]).comparisons[0].rmse_n < 1.1 * more.rmse_after_n
+
+
+def test_a_law_with_more_shapes_is_tried_only_where_its_channels_are():
+    """Much is left beside the inertia; the law of a canted mount has no second acceleration to read."""
+    rich = record([inertia(100.0)], added=lambda d: 60.0 * np.sin(0.05 * d["time_s"]))
+    seen = {name: rich[name] for name in ("deformation_mm", "accel_x_g")}
+    poor = make_recording("bench", {**seen, "time_s": rich.time_s, "force_N": rich["force_N"]})
+    assert extend(mount(), [poor], ["axial_inertia"]).effects == ("axial_inertia",)
