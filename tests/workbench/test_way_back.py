@@ -1,6 +1,7 @@
 """An effect that the check recording speaks against: the guide offers the way back, and does not offer it again."""
 
 import hashlib
+from contextlib import contextmanager
 
 import msgspec
 import pytest
@@ -78,28 +79,30 @@ def test_the_guide_leads_back_and_not_there_again(page_of, tmp_path, check_n, co
             assert not (tmp_path / "child.json").exists()
             page.locator("#next", has_text="See the candidates").click()
             guide.get_by_role("button", name="Add creep again").wait_for()
-            page.get_by_label("recording nothing is fitted to").select_option(
-                ""
-            )  # what spoke against it is no check now
+            # what spoke against it is no check now
+            page.get_by_label("recording nothing is fitted to").select_option("")
             guide.get_by_text("The data ask for creep").wait_for()
 
 
-def test_what_is_kept_all_the_same_is_said_and_goes_on(page_of, tmp_path):
-    make_folder(tmp_path, 45.0, True, [])
-    with workbench(tmp_path) as served:
+@contextmanager
+def page_after(page_of, root, check_n, contradicted):
+    """The page of a folder in which creep was added and checked so."""
+    make_folder(root, check_n, contradicted, [])
+    with workbench(root) as served:
         served.ask("POST", "api/session", '{"model": "child.json"}')
         with page_of(served.url) as page:
             idle(page)
-            page.get_by_role("button", name="Keep it").click()
-            page.locator("#next", has_text="Compare").wait_for()
-            page.locator(".guide .bad", has_text="heldout.csv speaks against creep").wait_for()
+            yield page
+
+
+def test_what_is_kept_all_the_same_is_said_and_goes_on(page_of, tmp_path):
+    with page_after(page_of, tmp_path, 45.0, contradicted=True) as page:
+        page.get_by_role("button", name="Keep it").click()
+        page.locator("#next", has_text="Compare").wait_for()
+        page.locator(".guide .bad", has_text="heldout.csv speaks against creep").wait_for()
 
 
 def test_what_the_check_bears_out_is_not_doubted(page_of, tmp_path):
-    make_folder(tmp_path, 21.0, False, [])
-    with workbench(tmp_path) as served:
-        served.ask("POST", "api/session", '{"model": "child.json"}')
-        with page_of(served.url) as page:
-            idle(page)
-            page.locator("#next", has_text="Compare").wait_for()
-            assert "speaks against" not in page.locator(".guide").inner_text()
+    with page_after(page_of, tmp_path, 21.0, contradicted=False) as page:
+        page.locator("#next", has_text="Compare").wait_for()
+        assert "speaks against" not in page.locator(".guide").inner_text()

@@ -98,7 +98,7 @@ def ask_extend(folder: Folder, arguments: Mapping[str, Any], progress: Progress)
             for c in found.comparisons
             if c.recording in checks
         ],
-        "remarks": _remarks(found, parent, checks),
+        "remarks": [*report.remarks, *_remarks(found, parent, checks)],
         "histories": [history_json(c) for c in found.comparisons],
     }
     save_model(folder, name, report.spec)

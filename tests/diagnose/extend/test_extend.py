@@ -7,6 +7,7 @@ from tests.diagnose.scene import DT_S, inertia, mount, record
 from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.core.errors import ModelError
 from thrustd.diagnose.compare.compare import compare
+from thrustd.diagnose.extend import extend as module
 from thrustd.diagnose.extend.extend import extend
 from thrustd.identify.identify import identify
 from thrustd.model.artifact import EffectSpec, read_model, write_model
@@ -119,3 +120,17 @@ def test_a_law_with_more_shapes_is_tried_only_where_its_channels_are():
     seen = {name: rich[name] for name in ("deformation_mm", "accel_x_g")}
     poor = make_recording("bench", {**seen, "time_s": rich.time_s, "force_N": rich["force_N"]})
     assert extend(mount(), [poor], ["axial_inertia"]).effects == ("axial_inertia",)
+
+
+def test_a_model_that_is_not_its_fit_is_said_and_one_worse_than_its_parent_is_not_written(monkeypatch):
+    """What is written is simulated: here as if it left so much more of the record."""
+    measured, left = record([inertia(100.0)]), {}
+    monkeypatch.setattr(module, "simulate", lambda spec, segment: segment.force_n - left[spec.name])
+    left |= {"mount": 60.0, "more": 12.5}
+    assert extend(mount(), [measured], ["axial_inertia"], name="more").remarks == ()
+    left["more"] = 30.0
+    [said] = extend(mount(), [measured], ["axial_inertia"], name="more").to_json()["remarks"]
+    assert "the model leaves 30 N of these records where its fit leaves 1" in said
+    left["more"] = 1e4
+    with pytest.raises(ModelError, match=r"leaves 1e\+04 N .* and the model before 60 N; no model written"):
+        extend(mount(), [measured], ["axial_inertia"], name="more")

@@ -32,6 +32,7 @@ class ExtendReport:
             "effects": list(self.effects),
             "names": [effect.name for effect in self.spec.effects],
             "left_out": list(self.left_out),
+            "remarks": list(self.remarks),
             "rmse_before_n": self.rmse_before_n,
             "rmse_after_n": self.rmse_after_n,
             "parameters": {self._key(p): p.to_json() | {"effect": p.effect} for p in self.parameters},
