@@ -46,3 +46,8 @@ def test_what_nobody_corrected_widens_those_that_take_the_mounts_word():
     assert max(ends) == pytest.approx(1.0, abs=0.02)
     alone = Weighed(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), 0, 300.0, np.ones(2))
     assert mix(3000.0, 40.0, alone) == (3000.0, pytest.approx(np.hypot(40.0, 300.0)))
+
+
+def test_what_was_said_of_an_engine_while_it_ran_says_nothing_once_it_is_off():
+    rows = np.array([[0.2, 0.0, 1.0], [0.8, 300.0, 90.0]])
+    assert mix(-430.0, 800.0, Weighed(rows, 0, 400.0, np.ones(2)), True) == (-430.0, 800.0)

@@ -7,6 +7,7 @@ from thrustd.core.aircraft import Installed
 from thrustd.fusion.mixture import Weighed, mix
 from thrustd.sensors import evidence, onsets
 from thrustd.sensors.bank import BY_MOUNTS
+from thrustd.sensors.lead import lead_of
 from thrustd.sensors.past import (
     COUNTS,
     DECK_N,
@@ -16,6 +17,7 @@ from thrustd.sensors.past import (
     N_SOURCES,
     OWN_N,
     PER_FUEL_N,
+    PRESSURE_PA,
     RATE_N_S,
     SAID,
     T_S,
@@ -34,7 +36,8 @@ def said_of(thrust_n, fault, rng):
     return healthy + fault + rng.normal(0, 5.0, N_SOURCES)
 
 
-def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=(), pause_s=(np.inf, np.inf)):
+def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=(), pause_s=(np.inf, np.inf),
+          pressure_pa=lambda t_s: 0.0):  # fmt: skip
     """What is remembered, every 0.4 s; `fault_of` the time -> (5,). Nobody looks during a pause."""
     rng, past = np.random.default_rng(0), no_past(1)
     for k in range(round(seconds / 0.4)):
@@ -46,7 +49,7 @@ def flown(fault_of, seconds=600.0, thrust_of=lambda t_s: 3000.0, silent=(), paus
         row[SAID : SAID + N_SOURCES] = said_of(thrust_of(t_s), np.array(fault_of(t_s)), rng)
         row[MOUNT_RATE_N_S] = thrust_of(t_s) - thrust_of(t_s - 0.4)
         row[COUNTS : COUNTS + N_SOURCES] = [i not in silent for i in range(N_SOURCES)]
-        row[OWN_N : OWN_N + 2] = 30.0
+        row[OWN_N : OWN_N + 2], row[PRESSURE_PA] = 30.0, pressure_pa(t_s)
         assert remember(past, 0, row, SHARE)
         yield past["rows"][0], int(past["n"][0])
 
@@ -123,6 +126,32 @@ def test_air_that_is_bled_is_no_fault_of_the_fuel_flow():
 def test_a_fuel_flow_that_is_off_by_far_more_is_not_taken_for_bled_air():
     rows = weighed(lambda t_s: (0, 0, 900.0 if t_s > 300 else 0, 0, 0), 360.0)
     assert rows[-1, onsets.FUEL_OFF, 0] > 0.95
+
+
+def test_an_installation_that_errs_as_the_file_says_is_nobody_s_fault():
+    """A nacelle's drag of one sigma at a steady thrust, then at idle and fast: healthy mounts are not found."""
+
+    def drag_n(t_s):
+        return -0.03 * 20_000.0 * min(t_s / 300.0, 1.0)
+
+    share = np.array((SHARE, 1.0 - SHARE, 0.0, 0.0, 0.0))
+    rows = weighed(lambda t_s: drag_n(t_s) * share, 600.0, lambda t_s: 3000.0 if t_s < 300.0 else 900.0,
+                   pressure_pa=lambda t_s: 20_000.0 * min(t_s / 300.0, 1.0))  # fmt: skip
+    nobodys = rows[:, list(onsets.NOBODYS), 0].sum(axis=1)
+    assert rows[-1, :, 0].argmax() == onsets.INSTALLED_OFF and nobodys.min() > 0.9
+    assert lead_of(onsets.WELL, rows[-1]) == onsets.WELL  # the filter goes on, and the mixture holds it
+    assert abs(rows[-1, onsets.INSTALLED_OFF, 1] - 900.0) < abs(rows[-1, onsets.WELL, 1] - 900.0)
+
+
+@pytest.mark.parametrize("who", [(0, 0, 0, -1, -1), (SHARE, 1.0 - SHARE, 1, 0, 0)])
+def test_both_spools_or_all_else_drift_alike_and_the_band_holds_either(who):
+    rows = weighed(lambda t_s: np.array(who) * 4.0 * max(t_s - 300.0, 0.0), 700.0)
+    last = rows[-1]
+    assert last[[onsets.SPOOLS_OFF, onsets.BUT_SPOOLS_OFF], 0].sum() > 0.9 and last[:, 0].max() < 0.98
+    lead = onsets.WELL
+    said = np.stack([last[:, 0], last[:, 1] - last[lead, 1], np.sqrt(last[:, 2])], axis=1)
+    thrust_n, std_n = mix(last[lead, 1], float(said[lead, 2]), Weighed(said, lead, 0.0, BY_MOUNTS))
+    assert abs(thrust_n - 3000.0) < 1.96 * std_n
 
 
 def test_no_engine_moves_with_a_source_that_jumps_alone():

@@ -44,7 +44,7 @@ def followed(forces_n, deformations_mm):
     jumps, states = no_jumps(1), np.zeros(2, MOUNT_STATE)
     for force_n, read_mm in zip(forces_n, deformations_mm, strict=True):
         states["force_n"], states["deformation_mm"] = force_n, read_mm
-        follow(jumps, np.array([[0, 1]]), np.array([SHARE]), SPRINGS, states, DT_S)
+        follow(jumps, np.array([[0, 1]]), np.array([SHARE]), SPRINGS, states, DT_S, 0.0)
     return jumps[0]
 
 

@@ -21,6 +21,7 @@ DATA = "citation-ii.toml"  # for configurations that name none
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 NotNegative = Annotated[float, Meta(ge=0, le=1e6)]
 Place = Annotated[float, Meta(ge=-1e5, le=1e5)]
+ANY_MASS_KG = 1.0, 1e6
 Arm = Annotated[float, Meta(ge=-20, le=20)]  # m: farther away is another unit
 
 
@@ -51,7 +52,7 @@ class Wing(Section, frozen=True):
     area_m2: Positive
     span_m: Positive
     accel_x_std_g: Positive  # one sigma of the zero of the longitudinal accelerometer against pitch and flight path
-    mass_kg: tuple[Positive, Positive] = (1.0, 1e6)  # least and largest of the aircraft in flight
+    mass_kg: tuple[Positive, Positive] = ANY_MASS_KG  # least and largest of the aircraft in flight
     known: tuple[KnownPolar | str, ...] = ()  # polars of others, to lay beside ours; sentences: of older files
 
     @property
@@ -170,7 +171,7 @@ class AircraftData(Section, frozen=True):
     accelerometer_m: dict[str, tuple[Arm, Arm, Arm]] = msgspec.field(default_factory=dict)
     fuel: FuelErrors = FuelErrors(meter=0.0, density=0.0, heating_value=0.0)
     windmilling: Windmilling | None = None  # none: by the deck's take-off thrust, and less sure
-    wing: Wing | None = None  # for the drag polar; nothing that flies needs it
+    wing: Wing | None = None  # for the drag polar, and what f_x tells of a lost thrust
     installation: InstallationErrors = UNKNOWN
 
     def share(self, place: int) -> float:

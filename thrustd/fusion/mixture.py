@@ -73,9 +73,11 @@ def _end(hypotheses: Floats, std_n: float, sign: float, far_n: float, tail: tupl
 def mix(thrust_n: float, std_n: float, weighed: Weighed, off: bool = False) -> tuple[float, float]:
     """Thrust and sigma of the one that leads, and all others beside it. -> thrust and sigma of the mixture.
 
-    `off`: the engine is, and nobody asks its mounts.
+    `off`: the engine is, and what was said of it while it ran says nothing.
     """
-    lead, more_n = weighed.lead, 0.0 if off else weighed.uncorrected_n
+    if off:
+        return thrust_n, std_n
+    lead, more_n = weighed.lead, weighed.uncorrected_n
     told, wide = weighed.hypotheses.copy(), weighed.hypotheses.copy()
     told[lead, STD_N], far_n = std_n, 0.0
     for i in range(len(told)):

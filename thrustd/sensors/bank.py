@@ -1,7 +1,7 @@
 """The bank of hypotheses of every engine: who is at fault, how likely, and what the thrust is then.
 
     all well | upper LVDT | lower LVDT | both mounts | fuel flow | N1 | N2 | the brochure as a whole | air is bled
-    | scale of both mounts
+    | scale of both mounts | both spools | all but the spools | the installation
     on all engines at once: the accelerometer | air data
 
 Every 0.4 s and engine the sources' past (see `past`) is weighed under each of them (see `evidence`). A fault is
@@ -10,53 +10,47 @@ that it stays, so agreement that says nothing (a throttle that opens every toler
 """
 
 from collections.abc import Sequence
-from math import exp, isfinite, nan, sqrt
+from math import isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
 
-from thrustd.core.aircraft import NO_MOUNT, Installed
+from thrustd.core.aircraft import AircraftData, Installed
 from thrustd.core.columns import MOUNT_STATE, Flags, Floats, Integers
 from thrustd.core.jit import compiled, entry, named
 from thrustd.fusion.mixture import SHIFT_N, STD_N, P
 from thrustd.sensors.engine_force import MountCombiner
+from thrustd.sensors.engine_row import Engines, row_of
 from thrustd.sensors.errors import installed_n2
-from thrustd.sensors.evidence import uncorrected_n2, weigh
+from thrustd.sensors.evidence import evidence, uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
-from thrustd.sensors.kinematics import BALANCE, REFUTED, Bias, air_leaves
+from thrustd.sensors.kinematics import ACCELERATION, BALANCE, LEAVES, REFUTED, Bias, air_leaves
 from thrustd.sensors.lead import lead_of, likely
+from thrustd.sensors.motion import DOUBT, Motion, agree, motion_of, moves
 from thrustd.sensors.onsets import (
     ACCELERATION_OFF,
     BLED,
     BROCHURE_OFF,
     FUEL_OFF,
     HEARD,
+    INSTALLED_OFF,
     MOUNTS_OFF,
+    N_ALONE,
     N_HYPOTHESES,
+    NOBODYS,
     WELL,
 )
 from thrustd.sensors.past import (
     AIR_MACH,
     ALONG_G,
-    COMMON_N,
     COUNTS,
-    DECK_N,
     JUMPED_N,
-    LEVEL_N,
-    LOG_FLOW,
     LOWER,
-    MACH,
-    MORE_G,
-    MOUNT_RATE_N_S,
     N1,
     N_SOURCES,
-    OWN_N,
     PAST,
-    PER_FUEL_N,
-    PRESSURE_PA,
     SAID,
-    STEP_N,
     T_S,
     UPPER,
     WIDTH,
@@ -70,11 +64,12 @@ from thrustd.sensors.shared import weigh_shared
 EVERY_LOOKS, UNCORRECTED_EVERY = 2, 4
 DISAGREE = 0.3  # the hypotheses that were not found are as likely together: nothing tells who is right
 BOTH, BROCHURE = (0, 1), (2, 3, 4)
-SOURCES_OFF: tuple[tuple[int, ...], ...] = ((), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (), BOTH, BOTH, BROCHURE)
+SOURCES_OFF: tuple[tuple[int, ...], ...] = (
+    (), (0,), (1,), BOTH, (2,), (3,), (4,), BROCHURE, (3, 4), (0, 1, 2), (), BOTH, (), BOTH, BROCHURE,
+)  # fmt: skip
 OFF = np.array([[float(source in off) for source in range(N_SOURCES)] for off in SOURCES_OFF])
 BY_MOUNTS = 1.0 - OFF[:, UPPER] * OFF[:, LOWER]  # see `fusion.mixture.Weighed`
 TURNING_N1_PCT, STARTED_S = 20.0, 15.0  # before that an engine starts: no deck says anything of it
-SCALE_HEIGHT_M = 8500.0  # of the pressure, near enough for what a drag may be
 UNCORRECTED_N = 2  # beside the thrust that leads and its sigma
 
 
@@ -94,25 +89,13 @@ class _Memory(NamedTuple):
     odds: Floats  # (n,) ln: what all mounts share is the accelerometer
 
 
-class _Engines(NamedTuple):
-    """Where an engine's readings are, and what holds for a whole flight."""
-
-    mounts: Integers  # (n, 2)
-    spools: Integers  # (n, 2)
-    air: Integers  # places of Mach number, altitude, what else `air_leaves` reads, load factor: LEAVES
-    shares: Floats  # (n,)
-    off: Floats  # (N_HYPOTHESES, N_SOURCES) 1: excluded
-    installed: Installed
-
-
 class Bank:
     """Mutable; `snapshot` / `restore` for the checkpoint."""
 
     def __init__(
-        self, combiner: MountCombiner, spools: Integers, air: Integers, spring_n_mm: Floats, installed: Installed,
-        bias: Bias,
-    ) -> None:  # fmt: skip
-        """By engine: places of N1 and N2 (n, 2); `air`: `_Engines`; spring rates of an engine's mounts (2,).
+        self, combiner: MountCombiner, spools: Integers, air: Integers, aircraft: AircraftData, bias: Bias
+    ) -> None:
+        """By engine: places of N1 and N2 (n, 2); `air`: `Engines`.
 
         Of an engine with one mount nothing tells that mount from both: neither is found, and the band holds them.
         """
@@ -126,29 +109,30 @@ class Bank:
         self._turn, self._air = np.zeros(1, np.int64), np.array((0.0, np.nan, np.nan, 0.0))
         own, self._odds = np.ascontiguousarray(mounts[:, :2]), np.zeros(n)
         self._jumps = no_jumps(n)
-        self._follow = self._jumps, own, shares, spring_n_mm
+        springs, self._along = np.array((aircraft.spring_n_mm * 2)[:2]), int(air[LEAVES.index(ACCELERATION)])
+        self._follow = self._jumps, own, shares, springs
         self._memory = _Memory(
             self._past, self._jumps, self._turn, self.found, self._anew, self.rows, np.zeros(n, HEARD), self.leading,
             self._air, bias, self._odds,
         )  # fmt: skip
-        self._engines = _Engines(own, spools, air, shares, OFF, installed)
+        self._engines = Engines(own, spools, air, shares, OFF, aircraft.installed(), motion_of(aircraft))
 
-    def follow(self, states: Any, dt_s: float) -> None:
-        """Call it at every fused step: what the mounts moved by since the last one, `dt_s` ago."""
-        follow(*self._follow, states, dt_s)
+    def follow(self, states: Any, dt_s: float, readings: Floats) -> None:
+        """Call it at every fused step: what mounts and aircraft were moved by since the last one, `dt_s` ago."""
+        follow(*self._follow, states, dt_s, readings.item(self._along))
 
     def look(self, t_ns: int, readings: Floats, states: Any, deck_n: Floats, trusted: Flags) -> int:
         """Weigh the engine whose turn it is. -> which one's leading hypothesis changed, or -1.
 
-        `states`: MOUNT_STATE by mount; `deck_n` (n, 6): see `MonitorInputs`; `trusted` (n, 5): by the sensors' own
-        watches.
+        `states`: MOUNT_STATE by mount; `deck_n` (n, 6): see `MonitorInputs`; `trusted` (n, 6): by the sensors' own
+        watches, the accelerometer last.
         """
         return int(_look(self._memory, self._engines, t_ns * 1e-9, readings, states, deck_n, trusted))
 
     def disagree(self, engine: int) -> bool:
-        """Nothing tells who is right; bled air is nobody's fault."""
+        """Nothing tells who is right; bled air and the installation are nobody's fault."""
         p, found = self.rows[engine, :, P].tolist(), self.found.item(engine)
-        told = p[WELL] + p[BLED] if found in (WELL, BLED) else likely.py_func(found, p)
+        told = sum(p[which] for which in NOBODYS) if found in NOBODYS else likely.py_func(found, p)
         return bool(told < 1.0 - DISAGREE)
 
     def accelerometer(self) -> bool:
@@ -156,8 +140,8 @@ class Bank:
         return bool((self.found == ACCELERATION_OFF).any() and (self._odds > REFUTED).all())
 
     def apart_n(self) -> Floats:
-        """(n, 2) by engine: the thrust by mounts that are well minus that by a brochure that is, and its sigma."""
-        mounts, brochure = self.rows[:, BROCHURE_OFF], self.rows[:, MOUNTS_OFF]
+        """(n, 2) by engine: the thrust by mounts alone minus that by all if these are only not installed as benched."""
+        mounts, brochure = self.rows[:, BROCHURE_OFF], self.rows[:, INSTALLED_OFF]
         return np.stack([mounts[:, SHIFT_N] - brochure[:, SHIFT_N], np.hypot(mounts[:, STD_N], brochure[:, STD_N])], 1)
 
     def disbelieve(self, engine: int, sources: Sequence[int], since_s: float) -> None:
@@ -192,36 +176,12 @@ class Bank:
 
 
 @compiled
-def _row(engines: _Engines, jump: Any, e: int, readings: Floats, states: Any, deck_n: Floats, trusted: Flags) -> Floats:
-    """What an engine's sources say now: (WIDTH,), see `past`; the time is left out."""
-    row, mounts = np.zeros(WIDTH), engines.mounts
-    mach, altitude_m = readings[engines.air[0]], readings[engines.air[1]]
-    row[MACH], row[DECK_N] = mach if isfinite(mach) else 0.0, deck_n[e, 3]
-    row[PRESSURE_PA] = 70_927.5 * row[MACH] ** 2 * exp(-(altitude_m if isfinite(altitude_m) else 0.0) / SCALE_HEIGHT_M)
-    row[MORE_G] = readings[engines.air[4]] - 1.0 if isfinite(readings[engines.air[4]]) else 0.0
-    row[PER_FUEL_N], row[LOG_FLOW] = deck_n[e, 4], deck_n[e, 5]
-    if not isfinite(row[DECK_N] + row[LOG_FLOW]):  # nobody asks the deck
-        row[DECK_N], row[PER_FUEL_N], row[LOG_FLOW] = 200.0, 5000.0, -2.5
-    for i in range(N_SOURCES):
-        there = i >= 2 or mounts[e, i] != NO_MOUNT
-        said_n = deck_n[e, i - 2] if i >= 2 else states[mounts[e, i]].force_n if there else nan
-        row[SAID + i], row[COUNTS + i] = said_n, 1.0 if trusted[e, i] and there else 0.0
-    row[MOUNT_RATE_N_S], row[STEP_N] = jump.could_n, jump.step_n
-    for i in range(2):
-        row[LEVEL_N] += row[SAID + i] if isfinite(row[SAID + i]) else 0.0  # until there is a past: see `remember`
-        state, row[JUMPED_N + i] = states[mounts[e, i]], jump.jumped_n[i]
-        row[COMMON_N + i] = state.common_n if isfinite(state.common_n) else 0.0
-        row[OWN_N + i] = sqrt(max(state.std_n**2 - state.common_n**2, 1.0)) if isfinite(state.std_n) else 100.0
-    return row
-
-
-@compiled
-def _runs(memory: _Memory, engines: _Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
+def _runs(memory: _Memory, engines: Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
     """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here."""
     past, spools_pct = memory.past[e], readings[engines.spools[e]]
     turns = np.nanmax(spools_pct) > TURNING_N1_PCT  # NaN: nobody says
     # one that nobody hears for a while, or nobody whom one can trust, has not stopped: what is known stays
-    if np.nanmax(np.where(trusted[N1:], spools_pct, nan)) <= TURNING_N1_PCT:
+    if np.nanmax(np.where(trusted[N1:N_SOURCES], spools_pct, nan)) <= TURNING_N1_PCT:
         past.n, past.since_s, past.rate_n_s[:] = 0, nan, 0.0
     elif turns and not isfinite(past.since_s):
         past.since_s = t_s
@@ -243,8 +203,23 @@ def _say(memory: _Memory, e: int, lead: int, out: Floats) -> None:
         memory.hypotheses[e, which, STD_N] = sqrt(out[which, 2])
 
 
+@compiled
+def _weigh(memory: _Memory, engines: Engines, e: int, rows: Floats, before: int, out: Floats) -> float:
+    """Of one engine, by what it has alone, what all share, and how the aircraft moves. -> see `weigh_shared`."""
+    n, share, heard = memory.past[e].n, engines.shares[e], memory.heard[e]
+    weigh(rows, n, share, before, engines.installed, heard, out)
+    odds = weigh_shared(memory.heard, e, before, memory.bias, out)
+    if engines.motion.weight_n > 0.0 and 1.0 - heard.well > DOUBT:
+        again = np.empty((N_ALONE, 3))
+        evidence(rows, n, share, before, engines.installed, engines.motion, again)
+        agree(again[:, 0], heard, odds, out)
+    else:
+        heard.moved[:] = 0.0
+    return odds
+
+
 def _look_at(
-    memory: _Memory, engines: _Engines, t_s: float, readings: Floats, states: Any, deck_n: Floats, trusted: Flags
+    memory: _Memory, engines: Engines, t_s: float, readings: Floats, states: Any, deck_n: Floats, trusted: Flags
 ) -> int:
     past, found, turn, n = memory.past, memory.found, memory.turn, len(memory.found)
     turn[0] = (turn[0] + 1) % (EVERY_LOOKS * n * UNCORRECTED_EVERY)
@@ -252,8 +227,10 @@ def _look_at(
     if turn[0] % EVERY_LOOKS:
         return -1
     air_leaves(memory.air, readings, engines.air, t_s)
-    row = _row(engines, memory.jumps[e], e, readings, states, deck_n, trusted)
-    row[T_S], row[AIR_MACH], row[ALONG_G] = t_s, memory.air[0], memory.air[3]
+    row = row_of(engines, memory.jumps[e], e, readings, states, deck_n, trusted)
+    row[T_S], row[AIR_MACH] = t_s, memory.air[0]
+    row[ALONG_G] = memory.jumps[e].along_g / memory.jumps[e].steps if memory.jumps[e].steps > 0.0 else memory.air[3]
+    moves(past, e, row, engines.motion, trusted[e, N_SOURCES])
     if not _runs(memory, engines, e, t_s, readings, trusted[e], row):
         return -1
     share, installed, out = engines.shares[e], engines.installed, np.empty((N_HYPOTHESES, 3))
@@ -265,8 +242,7 @@ def _look_at(
     rows = past[e].rows[:]  # an array, as the copies of it: one machine code for both
     before = WELL if memory.anew[e] else found[e]
     memory.anew[e] = 0
-    weigh(rows, past[e].n, share, before, installed, memory.heard[e], out)
-    odds = weigh_shared(memory.heard, e, before, memory.bias, out)
+    odds = _weigh(memory, engines, e, rows, before, out)
     lead = lead_of(before, out)
     memory.odds[e] = min(odds, memory.odds[e] if lead == ACCELERATION_OFF else 0.0)  # refuted while it lasts
     changed, found[e] = lead != found[e], lead
@@ -286,7 +262,7 @@ _HEARD = numba.from_dtype(HEARD)[::1]
 _BIAS = named(Bias, numba.from_dtype(BALANCE)[::1], _F)
 _MEMORY = named(_Memory, *_RECORDS, _I, _I, _I, numba.float64[:, :, ::1], _HEARD, _TABLE, _ROW, _BIAS, _ROW)
 _INSTALLED = named(Installed, *[_F] * len(Installed._fields))
-_ENGINES = named(_Engines, _PLACES, _PLACES, _I, _ROW, _TABLE, _INSTALLED)
+_ENGINES = named(Engines, _PLACES, _PLACES, _I, _ROW, _TABLE, _INSTALLED, named(Motion, *[_F] * len(Motion._fields)))
 _SIGNATURE = numba.int64(_MEMORY, _ENGINES, _F, _ROW, numba.from_dtype(MOUNT_STATE)[::1], _TABLE, _FLAGS)
 _look: Any = entry(compiled(_look_at, _SIGNATURE))
 assert len(SOURCES_OFF) == N_HYPOTHESES and SOURCES_OFF[BROCHURE_OFF] and SOURCES_OFF[MOUNTS_OFF]

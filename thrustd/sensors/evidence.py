@@ -26,8 +26,10 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import THRUST_N2, Parts, covariance, installed_n2
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
+from thrustd.sensors.motion import SILENT, Motion, beside
 from thrustd.sensors.onsets import (
     BLED,
+    INSTALLED_OFF,
     LEAST_P,
     N_ALONE,
     N_HYPOTHESES,
@@ -37,41 +39,47 @@ from thrustd.sensors.onsets import (
     Scene,
     Told,
     leave,
+    of_installation,
     of_onsets,
     of_scale,
     of_stretches,
 )
-from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, SAID, UPPER
+from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, PRESSURE_PA, SAID, UPPER
 from thrustd.sensors.positive import factor_large, forward, inverse
 
-LEAST_N = -200.0  # ram drag of 10 kg/s at flight idle, less what is left of the gross thrust
+# of an engine that turns: ram drag of 10 kg/s at flight idle, less what is left of the gross thrust; of one that burns
+# nothing 0.045 m2 of dynamic pressure (see `brochure.windmilling`) and twice its sigma
+LEAST_N, WINDMILLS_M2 = -200.0, 0.08
 
 
 @compiled
-def _solve(rows: Floats, n: int, parts: Parts, installed: Installed, out: Floats) -> tuple[Floats, Floats, Floats]:
+def _solve(
+    rows: Floats, n: int, parts: Parts, installed: Installed, motion: Motion, out: Floats
+) -> tuple[Floats, Floats, Floats]:
     """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
     bench = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g, 0.0)
-    a, size = inverse(covariance(rows, n, parts, bench)), n * N_SOURCES
-    z, ac, to_n2 = np.zeros(size), np.zeros(size), np.zeros(N_SOURCES)
+    c, y, to_n2 = covariance(rows, n, parts, bench), np.empty(n * N_SOURCES), np.zeros(n * N_SOURCES)
+    for i in range(len(y)):
+        y[i] = rows[i // N_SOURCES, SAID + i % N_SOURCES]
     for s in range(N_SOURCES):
         to_n2[s] = parts[s] * THRUST_N2 if rows[0, COUNTS + s] != 0.0 else 0.0
-    for i in range(size):
-        for j in range(size):
-            z[i] += a[i, j] * rows[j // N_SOURCES, SAID + j % N_SOURCES]
-        for s in range(N_SOURCES):
-            ac[i] += a[i, s] * to_n2[s]
-    thrust_n, explained_n2 = 0.0, 0.0
-    for s in range(N_SOURCES):
-        thrust_n += to_n2[s] * z[s]
-        explained_n2 += to_n2[s] * ac[s]
-    out[WELL] = 0.0, thrust_n, max(THRUST_N2 - explained_n2, 1.0)
+    if motion.weight_n > 0.0:
+        c, y, to_n2 = beside(c, y, to_n2, rows, n, parts, motion)
+    a = inverse(c)
+    z, ac = np.zeros(len(y)), np.zeros(len(y))
+    for i in range(len(y)):
+        for j in range(len(y)):
+            z[i] += a[i, j] * y[j]
+            ac[i] += a[i, j] * to_n2[j]
+    out[WELL] = 0.0, np.sum(to_n2 * z), max(THRUST_N2 - np.sum(to_n2 * ac), 1.0)
     return a, z, ac
 
 
 @compiled
-def log_pushes(thrust_n: float, variance_n2: float) -> float:
-    """ln of the probability that this is a thrust: an engine that turns does not pull by more than its ram drag."""
-    return log(max(0.5 * erfc((LEAST_N - thrust_n) / sqrt(2.0 * variance_n2)), LEAST_P))
+def log_pushes(thrust_n: float, variance_n2: float, pressure_pa: float) -> float:
+    """ln of the probability that this is a thrust: an engine that turns does not pull by more than its drag."""
+    least_n = LEAST_N - WINDMILLS_M2 * pressure_pa
+    return log(max(0.5 * erfc((least_n - thrust_n) / sqrt(2.0 * variance_n2)), LEAST_P))
 
 
 @compiled
@@ -129,16 +137,18 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
 
 
 @compiled
-def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installed, heard: Any, out: Floats) -> None:
-    """By hypothesis its probability, the thrust of the newest row and its variance: `out` (N_HYPOTHESES, 3).
+def evidence(
+    rows: Floats, n: int, share: float, found: int, installed_as: Installed, motion: Motion, out: Floats
+) -> Scene:
+    """By hypothesis that an engine has alone ln of its evidence, prior included, thrust, variance: `out` (n, 3).
 
-    `found`: the hypothesis that led so far; a fault stays unless it is refuted. `heard`: of the engine, see `leave`.
-    Of what all engines may have at once nothing is said here: see `shared`.
+    `found`: the hypothesis that led so far; a fault stays unless it is refuted. `motion`: SILENT, or see `beside`.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    a, z, ac = _solve(rows, n, parts, installed_as, out)
+    a, z, ac = _solve(rows, n, parts, installed_as, motion, out)
     out[WELL, 0] = log(1.0 - STAYS) if WELL < found < N_ALONE else 0.0  # a fault that was found leaves all others less
-    well = log_pushes(out[WELL, 1], out[WELL, 2])
+    pressure_pa = rows[0, PRESSURE_PA]
+    well = log_pushes(out[WELL, 1], out[WELL, 2], pressure_pa)
     since, always = fault_shape(rows, n, FAULT_S), fault_shape(rows, n, LASTING_S)
     scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found)
     most = max(6 * n, n * (n + 1) // 2)
@@ -149,16 +159,27 @@ def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installe
             of_stretches(scene, told)
         elif which == SCALE_OFF:
             of_scale(scene, installed_as, told)
+        elif which == INSTALLED_OFF:
+            of_installation(scene, told)
         else:
             of_onsets(which, scene, told)
         logs, said = told.logs[: told.n[0]], told.said[: told.n[0]]
         for i in range(told.n[0]):
             logs[i] += 0.0 if which == found else out[WELL, 0]
             said[i, 0], said[i, 1] = out[WELL, 1] + said[i, 0], out[WELL, 2] + said[i, 1]
-            logs[i] += log_pushes(said[i, 0], said[i, 1])
+            logs[i] += log_pushes(said[i, 0], said[i, 1], pressure_pa)
         sum_up(logs, said, out[which])
     out[WELL, 0] += well
-    leave(scene, out, heard)
+    return scene
+
+
+@compiled
+def weigh(rows: Floats, n: int, share: float, found: int, installed_as: Installed, heard: Any, out: Floats) -> None:
+    """By hypothesis its probability, the thrust of the newest row and its variance: `out` (N_HYPOTHESES, 3).
+
+    `heard`: of the engine, see `leave`. Of what all engines may have at once nothing is said here: see `shared`.
+    """
+    leave(evidence(rows, n, share, found, installed_as, SILENT, out), out, heard)
     for which in range(N_ALONE):
         out[which, 0] = exp(out[which, 0] - heard.log_alone)
     for which in range(N_ALONE, N_HYPOTHESES):

@@ -13,7 +13,7 @@ Of a sudden fault alone a row's jumps are one more reading (see `evidence`),
                                            t: 0 to what the fuel flow moved by besides, of both mounts
 """
 
-from math import erfc, exp, hypot, log, pi, sqrt
+from math import erfc, exp, hypot, isfinite, log, pi, sqrt
 from typing import Any
 
 import numba
@@ -36,6 +36,8 @@ JUMPS = np.dtype(  # of one engine since its last row
         ("jumped_n", np.float64, 2),
         ("could_n", np.float64),
         ("step_n", np.float64),  # a thrust that its fuel flow does not move moves by no more in the steps that jumped
+        ("along_g", np.float64),  # what the accelerometer showed, summed over so many steps
+        ("steps", np.float64),
     ]
 )
 
@@ -50,12 +52,16 @@ def no_jumps(n_engines: int) -> Any:
 @compiled
 def forget(jump: Any) -> None:
     """A row has taken what there was."""
-    jump.jumped_n[:], jump.could_n, jump.step_n = 0.0, 0.0, 0.0
+    jump.jumped_n[:], jump.could_n, jump.step_n, jump.along_g, jump.steps = 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-def _follow_all(jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Floats, states: Any, dt_s: float) -> None:
+def _follow_all(
+    jumps: Any, mounts: Integers, shares: Floats, spring_n_mm: Floats, states: Any, dt_s: float, along_g: float
+) -> None:
     for e in range(len(jumps)):
         jump, moved_n, shown_n, before = jumps[e], 0.0, 0.0, jumps[e].jumped_n.any()
+        if isfinite(along_g):
+            jump.along_g, jump.steps = jump.along_g + along_g, jump.steps + 1.0
         now = False
         jump.step_n = max(jump.step_n, FASTEST_N_S * dt_s)
         for i in range(2):
@@ -82,7 +88,7 @@ follow: Any = entry(
         _follow_all,
         numba.void(
             numba.from_dtype(JUMPS)[::1], numba.int64[:, ::1], _ROW, _ROW, numba.from_dtype(MOUNT_STATE)[::1],
-            numba.float64,
+            numba.float64, numba.float64,
         ),
         "numpy",
     )

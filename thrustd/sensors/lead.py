@@ -6,7 +6,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.onsets import MOUNTS_OFF, SCALE_OFF, WELL
+from thrustd.sensors.onsets import INSTALLED_OFF, MOUNTS_OFF, SCALE_OFF, WELL
 
 FOUND, OVER = 0.98, 0.2
 
@@ -19,8 +19,8 @@ def likely(which: int, p: Any) -> float:
 
 @compiled
 def lead_of(found: int, out: Floats) -> int:
-    """The hypothesis that leads from now on."""
+    """The hypothesis that leads from now on: of an installation the filter knows nothing, and the mixture holds it."""
     best = int(np.argmax(out[:, 0]))
     if likely(best, out[:, 0]) > FOUND:
-        return best
+        return WELL if best == INSTALLED_OFF else best
     return WELL if likely(found, out[:, 0]) < OVER else found

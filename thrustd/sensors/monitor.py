@@ -27,7 +27,7 @@ from thrustd.sensors.engine_force import MountCombiner
 from thrustd.sensors.kinematics import ACCELERATION, LEAVES, MACH, Accelerometer
 from thrustd.sensors.limits import SAT_CLIMB_M
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, MonitorInputs, Sensor
-from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, SCALE_OFF
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, BUT_SPOOLS_OFF, MOUNTS_OFF, SCALE_OFF
 from thrustd.sensors.past import FUEL_FLOW, N_SOURCES
 from thrustd.sensors.suspects import Suspects
 from thrustd.sensors.watches import Watches
@@ -37,7 +37,7 @@ NOBODY: frozenset[Sensor] = frozenset()
 MOUNT_SIGNALS = ("deformation_mm", "temperature_degC")
 AIR: tuple[Sensor, ...] = (("mach", 0), ("pressure_altitude_m", 0), ("sat_degC", 0))
 WHOLE_OFF = {  # faults of a whole thrust source
-    MOUNTS_OFF: "mount", SCALE_OFF: "mount", BROCHURE_OFF: "brochure", AIR_OFF: "brochure",
+    MOUNTS_OFF: "mount", SCALE_OFF: "mount", BUT_SPOOLS_OFF: "mount", BROCHURE_OFF: "brochure", AIR_OFF: "brochure",
 }  # fmt: skip
 
 
@@ -56,8 +56,7 @@ class Monitor:
     def __init__(self, layout: Layout, aircraft: AircraftData, shares: Sequence[float] = ()) -> None:
         """`shares`: see `MountCombiner`."""
         self._layout = layout
-        installed = aircraft.installed()
-        one_sided = installed.share, installed.couple_n_g
+        one_sided = aircraft.installed().share, aircraft.couple_n_g()
         self.combiner = MountCombiner(layout.places, aircraft.spring_n_mm, shares, *one_sided)
         self._sources = layout.sources()
         self._mine = [  # whatever matters to an engine
@@ -71,10 +70,10 @@ class Monitor:
         place = self._watches.sensors.index
         engines = range(len(layout.mounts_of_engine))
         spools = np.array([(place(("n1_pct", engine)), place(("n2_pct", engine))) for engine in engines])
-        leaves, springs = np.array([place(sensor) for sensor in LEAVES]), np.array((aircraft.spring_n_mm * 2)[:2])
+        leaves = np.array([place(sensor) for sensor in LEAVES])
         self._accelerometer = Accelerometer(place, aircraft.engine_mass_kg)
-        self.bank = Bank(self.combiner, spools, leaves, springs, installed, self._accelerometer.bias)
-        self._trusted = np.ones((len(engines), N_SOURCES), np.bool_)
+        self.bank = Bank(self.combiner, spools, leaves, aircraft, self._accelerometer.bias)
+        self._trusted = np.ones((len(engines), N_SOURCES + 1), np.bool_)  # the accelerometer last
         self._altitude, self._load = place(("pressure_altitude_m", 0)), place(("accel_z_g", 0))
         self._sat = self._watches["sat_degC", 0]
         self._sat_since_m = nan  # where SAT last moved
@@ -89,10 +88,9 @@ class Monitor:
 
     def step(self, inputs: MonitorInputs) -> MonitorVerdict:
         """Call once per fused step; the tests run every 0.1 s, the mounts are combined every time."""
-        dt_s = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0)
-        self._t_ns = inputs.t_ns
+        dt_s, self._t_ns = 0.0 if self._t_ns < 0 else max((inputs.t_ns - self._t_ns) * 1e-9, 0.0), inputs.t_ns
         faults, changed, mute = list[Fault](), -1, self._mute
-        self.bank.follow(inputs.mounts, dt_s)
+        self.bank.follow(inputs.mounts, dt_s, inputs.readings)
         if self._watched_ns < 0 or inputs.t_ns - self._watched_ns >= WATCH_EVERY_NS:
             looked_s = 0.0 if self._watched_ns < 0 else (inputs.t_ns - self._watched_ns) * 1e-9
             self._watched_ns = inputs.t_ns
@@ -169,7 +167,7 @@ class Monitor:
         if self.bank.disagree(engine):
             status |= Status.DISAGREE
         found = self.bank.found.item(engine)
-        if found in (MOUNTS_OFF, SCALE_OFF, ACCELERATION_OFF):
+        if found in (MOUNTS_OFF, SCALE_OFF, BUT_SPOOLS_OFF, ACCELERATION_OFF):
             status |= Status.MOUNT_FAILED
         elif found in WHOLE_OFF:
             status |= Status.BROCHURE_FAILED
@@ -187,15 +185,16 @@ class Monitor:
         self._trusted[:] = True
         if self._suspect or was_mute:
             for row, sensors in zip(self._trusted, self._sources, strict=True):
-                row[:] = [  # one that says something again: when its mount has begun anew
+                row[:N_SOURCES] = [  # one that says something again: when its mount has begun anew
                     each is not None and self._watches.trusts(each) and each not in was_mute for each in sensors
                 ]
-            self._trusted[:, :FUEL_FLOW] &= self._watches.trusts(ACCELERATION)
-            self._trusted[:, FUEL_FLOW:] &= all([self._watches.trusts(sensor) for sensor in AIR])
+            self._trusted[:, N_SOURCES] = self._watches.trusts(ACCELERATION)
+            self._trusted[:, :FUEL_FLOW] &= self._trusted[:, N_SOURCES:]
+            self._trusted[:, FUEL_FLOW:N_SOURCES] &= all([self._watches.trusts(sensor) for sensor in AIR])
             for sensor, mute_s in self._mute.items():
                 self._disbelieve(sensor, inputs.t_ns * 1e-9 - mute_s)
         if self._accelerometer.blamed == MACH:
-            self._trusted[:, FUEL_FLOW:] = False
+            self._trusted[:, FUEL_FLOW:N_SOURCES] = False
             if before != MACH:  # nobody knows since when
                 self._disbelieve(MACH, -inf)
         changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._trusted)
@@ -254,8 +253,10 @@ class Monitor:
         for engine, found in enumerate(self._suspects.nameable(t_ns, self.bank.found)):
             if found == ACCELERATION_OFF:
                 nameable |= {ACCELERATION} & set(judged)
-            elif found not in (MOUNTS_OFF, SCALE_OFF):
+            else:
                 nameable |= set(self._sensors_off(engine, found)) & set(judged)
+            if found in WHOLE_OFF:  # two transducers at once are their mounts
+                nameable -= {("deformation_mm", i) for i in self._layout.mounts_of_engine[engine]}
         for sensor in self._watches.sensors:
             kind, before = self._watches[sensor].kind, self._kinds.get(sensor, "")
             if not kind and (sensor in nameable or (before and sensor in judged)):

@@ -5,6 +5,7 @@
     always     since before the first row
     air is bled    a step of the fuel flow between two rows, in proportion to the thrust
     scale      both mounts by a part of the load since before the first row; of the size that the rows favour most
+    installation    both mounts by what no bench shows, as large as the aircraft's file says; no sensor is at fault
 
 Equations: see `evidence`.
 """
@@ -32,15 +33,18 @@ from thrustd.sensors.past import (
     N2,
     N_ROWS,
     N_SOURCES,
+    PRESSURE_PA,
     T_S,
     UPPER,
 )  # fmt: skip
 
-WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF, BLED, SCALE_OFF = range(10)
-ACCELERATION_OFF, AIR_OFF = 10, 11  # of all engines: see `shared`
-N_ALONE, N_HYPOTHESES = 10, 12
+WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF, SPOOLS_OFF, BUT_SPOOLS_OFF = range(10)
+BLED, SCALE_OFF, INSTALLED_OFF = 10, 11, 12
+ACCELERATION_OFF, AIR_OFF = 13, 14  # of all engines: see `shared`
+N_ALONE, N_HYPOTHESES = 13, 15
+NOBODYS = WELL, BLED, INSTALLED_OFF  # no sensor is at fault
 LIKE = MOUNTS_OFF, BROCHURE_OFF  # what each of the shared ones is on one engine
-ALONE_OFF = (-1, UPPER, LOWER, -1, FUEL_FLOW, N1, N2, -1, -1, -1)  # the source of a hypothesis of one sensor
+ALONE_OFF = (-1, UPPER, LOWER, -1, FUEL_FLOW, N1, N2)  # the source of a hypothesis of one sensor
 # faults: what they may be, N of the source
 SIZES_N = (
     (250.0, 2000.0),
@@ -49,12 +53,16 @@ SIZES_N = (
     (500.0, 3000.0),
     (500.0, 3000.0),
     (500.0, 3000.0),
-    (400.0, 2000.0),
+    (400.0, 3000.0),
+    (500.0, 3000.0),
+    (500.0, 3000.0),
 )
-# priors of a fault within the rows, and of one that was there before the first; an engine that loses thrust and keeps
-# its fuel flow and both its speeds is rarer than one that is shut down, 1e-5 an hour
-NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-6)
-ALWAYS = (1e-3, 1e-3, 0.0, 1e-3, 1e-3, 1e-3, 1e-3)
+# priors of a fault within the rows, and of one that was there before the first. An engine that loses thrust and keeps
+# its fuel flow and both its speeds is rarer than one that is shut down, 1e-5 an hour, and so is a box that gets all
+# three wrong together. Both spools may share a clock, mounts and fuel flow a supply: a tenth of what one does alone
+# (IEC 61508-6, annex D); as likely, because nothing tells one from the other
+NEW = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-5, 1e-4, 1e-4)
+ALWAYS = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-4, 1e-4)
 INSTALLED, SCALED = 0.2, 0.04  # one installation in five is off by what no bench shows, one in twenty-five by a scale
 FAR = 10.0  # a scale that is wrong, over one that is not sure: as of all faults
 STAYS = 0.9  # prior of a fault that has been found
@@ -82,13 +90,16 @@ class Scene(NamedTuple):
 HEARD = np.dtype(  # what other engines need of one when it was weighed last; n = 0: it says nothing
     [
         ("n", np.int64),
+        ("pressure_pa", np.float64),  # of its newest row
         ("t_s", np.float64, N_ROWS),
         ("own", np.float64, (2, N_ROWS)),  # of both shared faults, where the sensor was: see `shared`
         ("f", np.float64, (2, N_ROWS, N_ROWS)),  # as `Alone`, of both of LIKE
         ("g", np.float64, (2, N_ROWS)),
         ("u", np.float64, (2, N_ROWS)),
         ("log_alone", np.float64),  # ln of its evidence, whatever it has alone, over that of all well
-        ("well", np.float64),  # how likely it has nothing alone
+        ("well", np.float64),  # how likely it has nothing alone, nor an installation that errs
+        ("logs", np.float64, N_ALONE),  # ln of the evidence of each, prior included
+        ("moved", np.float64, N_ALONE),  # what the aircraft's motion has said of each: see `motion`
     ]
 )
 
@@ -109,6 +120,10 @@ def pattern_of(which: int, parts: Parts) -> Floats:
         pattern[UPPER], pattern[LOWER] = parts[UPPER], parts[LOWER]
     elif which == BROCHURE_OFF:
         pattern[FUEL_FLOW:] = 1.0
+    elif which == SPOOLS_OFF:
+        pattern[N1:] = 1.0
+    elif which == BUT_SPOOLS_OFF:
+        pattern[UPPER], pattern[LOWER], pattern[FUEL_FLOW] = parts[UPPER], parts[LOWER], 1.0
     else:
         pattern[ALONE_OFF[which]] = 1.0
     return pattern
@@ -138,8 +153,6 @@ def _prior(which: int, lasting: bool, size: int, scene: Scene) -> float:
     n = scene.n
     if which == scene.found:
         return STAYS / (2 * n)
-    if which == MOUNTS_OFF and lasting:
-        return INSTALLED
     new = NEW[which - 1]
     if which == BROCHURE_OFF and size == 1:  # an engine is not that much unlike its deck
         return 0.5 * new / n
@@ -178,18 +191,28 @@ def of_onsets(which: int, scene: Scene, told: Told) -> None:
         grow(scene.since, alone, m - 1, across, seen)
         for size in range(2):
             solved = solve(sizes[size], m, seen, scene.since, room)
-            if m < n:
+            if m < n and which < SPOOLS_OFF:  # what two kinds of sources share is a supply or a clock, which drifts
                 _sudden(priors[size], scene, m, seen, solved, told)
             if m > 1:
                 ratio, moved_n, more_n2 = gradual(sizes[size], solved)
                 _tell(told, ratio + priors[size], moved_n, more_n2)
-    installed = which == MOUNTS_OFF
-    for size in range(1 if installed else 2):
-        shape, size_n = (scene.installed, 1.0) if installed else (scene.always, sizes[size])
-        for i in range(n if size == 0 else 0):  # another shape begins anew
-            grow(shape, alone, i, across, seen)
-        ratio, moved_n, more_n2 = answer(solve(size_n, n, seen, shape, room), 0.0, 0.0)
+    for i in range(n):  # another shape begins anew
+        grow(scene.always, alone, i, across, seen)
+    for size in range(2):
+        ratio, moved_n, more_n2 = answer(solve(sizes[size], n, seen, scene.always, room), 0.0, 0.0)
         _tell(told, log(_prior(which, True, size, scene)) + ratio, moved_n, more_n2)
+
+
+@compiled
+def of_installation(scene: Scene, told: Told) -> None:
+    """As `of_onsets`, of both mounts by what no bench has shown of their installation."""
+    n, pattern = scene.n, pattern_of(MOUNTS_OFF, scene.parts)
+    alone, across = alone_of(scene, pattern), np.empty(n)
+    seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
+    for i in range(n):
+        grow(scene.installed, alone, i, across, seen)
+    ratio, moved_n, more_n2 = answer(solve(1.0, n, seen, scene.installed, room_for(n)), 0.0, 0.0)
+    _tell(told, log(INSTALLED) + ratio, moved_n, more_n2)
 
 
 @compiled
@@ -249,11 +272,12 @@ def of_scale(scene: Scene, installed: Installed, told: Told) -> None:
 def leave(scene: Scene, out: Floats, heard: Any) -> None:
     """For other engines; `out` (N_HYPOTHESES, 3): ln of the evidence of each that it has alone."""
     rows, n = scene.rows, scene.n
-    heard.n = n
+    heard.n, heard.pressure_pa = n, rows[0, PRESSURE_PA]
     heard.t_s[:n], heard.own[0, :n], heard.own[1, :n] = rows[:n, T_S], rows[:n, ALONG_G], rows[:n, AIR_MACH]
     for k in range(2):
         alone = alone_of(scene, pattern_of(LIKE[k], scene.parts))
         heard.f[k, :n, :n], heard.g[k, :n], heard.u[k, :n] = alone.f, alone.g, alone.u
+    heard.logs[:] = out[:N_ALONE, 0]
     most = out[:N_ALONE, 0].max()
     heard.log_alone = most + log(np.sum(np.exp(out[:N_ALONE, 0] - most)))
     heard.well = exp(out[WELL, 0] - heard.log_alone) + exp(out[BLED, 0] - heard.log_alone)

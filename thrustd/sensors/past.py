@@ -32,7 +32,8 @@ SEEN_S = 1.0  # at most from row to row: what moved in a longer pause may have m
 # and that of the rows about it when they were the newest;
 # what the deck makes of the corrected fuel flow w: dF/d ln w, ln w;
 # what the accelerometer shows; how far the Mach number changed, or stood while it accelerated, all added up;
-# load factor beyond 1 g
+# load factor beyond 1 g; thrust by the aircraft's motion, whether it counts, sigma of the other engines',
+# and by how much it trembles from row to row (see `motion`)
 T_S, LEVEL_N, RATE_N_S, FUEL_RATE_N_S, MOUNT_RATE_N_S, MACH, PRESSURE_PA = range(7)
 SAID, COUNTS = 7, 7 + N_SOURCES
 OWN_N, COMMON_N, DECK_N = COUNTS + N_SOURCES, COUNTS + N_SOURCES + 2, COUNTS + N_SOURCES + 4
@@ -40,7 +41,8 @@ JUMPED_N, STEP_N, FUELLED_N, FOLLOWED_N = DECK_N + 1, DECK_N + 3, DECK_N + 4, DE
 PER_FUEL_N, LOG_FLOW = FOLLOWED_N + 1, FOLLOWED_N + 2
 ALONG_G, AIR_MACH = LOG_FLOW + 1, LOG_FLOW + 2
 MORE_G = AIR_MACH + 1
-WIDTH = MORE_G + 1
+BY_MOTION_N, MOVES, OTHERS_STD_N, SHAKES_N = range(MORE_G + 1, MORE_G + 5)
+WIDTH = SHAKES_N + 1
 
 PAST = np.dtype(
     [

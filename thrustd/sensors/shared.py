@@ -116,7 +116,8 @@ def _weigh_one(heard: Any, e: int, which: int, listens: bool, bias: Bias, well: 
                         continue
                     ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
                     said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
-                    logs[told] = ratio + log(SHARED / (ways * (n - 1))) + log_pushes(said[told, 0], said[told, 1])
+                    pushes = log_pushes(said[told, 0], said[told, 1], heard[e].pressure_pa)
+                    logs[told] = ratio + log(SHARED / (ways * (n - 1))) + pushes
                     told += 1
     sum_up(logs[:told], said[:told], row)
 
