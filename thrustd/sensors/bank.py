@@ -27,7 +27,7 @@ from thrustd.sensors.evidence import evidence, uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.kinematics import ACCELERATION, BALANCE, LEAVES, REFUTED, Bias, air_leaves
 from thrustd.sensors.lead import lead_of, likely
-from thrustd.sensors.motion import DOUBT, Motion, agree, motion_of, moves
+from thrustd.sensors.motion import DOUBT, Motion, agree, at_odds, motion_of, moves
 from thrustd.sensors.onsets import (
     ACCELERATION_OFF,
     BLED,
@@ -209,7 +209,7 @@ def _weigh(memory: _Memory, engines: Engines, e: int, rows: Floats, before: int,
     n, share, heard = memory.past[e].n, engines.shares[e], memory.heard[e]
     weigh(rows, n, share, before, engines.installed, heard, out)
     odds = weigh_shared(memory.heard, e, before, memory.bias, out)
-    if engines.motion.weight_n > 0.0 and 1.0 - heard.well > DOUBT:
+    if engines.motion.weight_n > 0.0 and at_odds(out) > DOUBT:
         again = np.empty((N_ALONE, 3))
         evidence(rows, n, share, before, engines.installed, engines.motion, again)
         agree(again[:, 0], heard, odds, out)

@@ -188,13 +188,14 @@ class Monitor:
                 row[:N_SOURCES] = [  # one that says something again: when its mount has begun anew
                     each is not None and self._watches.trusts(each) and each not in was_mute for each in sensors
                 ]
-            self._trusted[:, N_SOURCES] = self._watches.trusts(ACCELERATION)
-            self._trusted[:, :FUEL_FLOW] &= self._trusted[:, N_SOURCES:]
-            self._trusted[:, FUEL_FLOW:N_SOURCES] &= all([self._watches.trusts(sensor) for sensor in AIR])
+            along = self._watches.trusts(ACCELERATION)
+            self._trusted[:, :FUEL_FLOW] &= along
+            self._trusted[:, N_SOURCES] = along  # its drag is that of the air data
+            self._trusted[:, FUEL_FLOW:] &= all([self._watches.trusts(sensor) for sensor in AIR])
             for sensor, mute_s in self._mute.items():
                 self._disbelieve(sensor, inputs.t_ns * 1e-9 - mute_s)
         if self._accelerometer.blamed == MACH:
-            self._trusted[:, FUEL_FLOW:N_SOURCES] = False
+            self._trusted[:, FUEL_FLOW:] = False
             if before != MACH:  # nobody knows since when
                 self._disbelieve(MACH, -inf)
         changed = self.bank.look(inputs.t_ns, inputs.readings, inputs.mounts, inputs.deck_n, self._trusted)

@@ -32,7 +32,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.sensors.errors import SILENT_N2, THRUST_N2, Parts
-from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, N_ALONE
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, N_ALONE, NOBODYS, SCALE_OFF
 from thrustd.sensors.past import (
     ALONG_G,
     BY_MOTION_N,
@@ -58,7 +58,7 @@ SHAKES, LEAST_SHAKES, NEW, RARE = 0.01, 0.002, 0.1, 3.0  # of the weight at firs
 LATE_S, LATE_LASTS_S = 0.8, 4.0  # another engine's row is as old
 FLIES_MACH, ROLLS_G = 0.2, 0.1
 LIES = 1e-3
-DOUBT = 0.05  # an engine of which less is at odds needs no further word
+DOUBT = 0.05
 
 
 class Motion(NamedTuple):
@@ -150,6 +150,15 @@ def beside(
                 at = a * N_SOURCES + s
                 wide[own + a, at] = wide[at, own + a] = parts[s] * THRUST_N2
     return wide, said, to
+
+
+@compiled
+def at_odds(out: Floats) -> float:
+    """How likely it is that a sensor or the engine failed; a scale or an installation moves no aircraft, either."""
+    odds = 1.0 - out[SCALE_OFF, 0]
+    for which in NOBODYS:
+        odds -= out[which, 0]
+    return float(odds)
 
 
 @compiled
