@@ -104,6 +104,21 @@ def test_resampling_invents_nothing_where_nothing_was_measured(rate_hz):
     assert cut.resample(rate_hz, np.inf).window(102, 298)["force_N"] == pytest.approx(np.arange(102, 298, 1 / rate_hz))
 
 
+@pytest.mark.parametrize(("trembles", "rate_hz"), [(0.0, 10.0), (0.0, 3.0), (0.0, 25.0), (0.01, 10.0), (0.03, 9.0)])
+def test_a_grid_knows_how_much_of_the_noise_its_steps_show(trembles, rate_hz):
+    rng = np.random.default_rng(3)
+    time_s = np.sort(
+        np.arange(200_000) / 10.0 + rng.normal(0.0, trembles, 200_000) if trembles else np.arange(200_000) / 10.0
+    )
+    there = rng.random(200_000) > 0.02
+    data = {"time_s": time_s[there], "force_N": rng.normal(0.0, 1.0, 200_000)[there]}
+    even = make_recording("a", data).resample(rate_hz, np.inf, 0.02)
+    shows = np.mean(np.diff(even["force_N"]) ** 2) / 2.0 / np.var(even["force_N"])
+    assert even.step_share == pytest.approx(shows, rel=0.02)
+    assert even.with_channels(mach=even.time_s).rows(slice(100)).step_share == even.step_share
+    assert even.resample(rate_hz).step_share == pytest.approx(even.step_share)  # its own rows once more
+
+
 def test_resampling_refuses_a_rate_of_zero():
     with pytest.raises(RecordingError, match="expected > 0"):
         ramp().resample(0.0)

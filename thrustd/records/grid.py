@@ -21,6 +21,21 @@ class Grid:
         before = np.clip(np.searchsorted(time_s, grid_s, side="right") - 1, 0, None)
         self._gap = (np.append(steps_s, 0.0)[before] > longest_s) & (grid_s > time_s[before])
 
+    @property
+    def step_share(self) -> float:
+        """Of the variance that white noise of the rows has here, the share that half the square of its steps shows.
+
+        1 where rows or means of them stand side by side. Lines between two rows share rows with their neighbours.
+        """
+        if len(self._edges) or len(self._time_s) < 2:
+            return 1.0
+        row = np.clip(np.searchsorted(self._time_s, self._grid_s, side="right") - 1, 0, len(self._time_s) - 2)
+        later = np.clip((self._grid_s - self._time_s[row]) / np.diff(self._time_s)[row], 0.0, 1.0)
+        earlier, on = 1.0 - later, np.diff(row)
+        shared = np.where(on == 0, earlier[1:] * earlier[:-1] + later[1:] * later[:-1], 0.0)
+        shared = np.where(on == 1, later[:-1] * earlier[1:], shared)
+        return 1.0 - float(shared.sum() / (earlier**2 + later**2).sum())
+
     def __call__(self, column: Floats) -> Floats:
         """(m,) of a column (n,)."""
         good = np.isfinite(column)

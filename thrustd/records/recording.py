@@ -51,6 +51,7 @@ class Recording:
     metadata: dict[str, str] = field(default_factory=dict)
     sha256: str = ""  # of the source file, empty when made in memory
     notes: tuple[str, ...] = ()  # what reading it had to report: gaps, missing values, columns left out
+    step_share: float = 1.0  # see `Grid`
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -121,9 +122,9 @@ class Recording:
 
     def with_channels(self, **columns: Floats) -> "Recording":
         """A copy with columns added or replaced."""
-        return make_recording(
-            self.name, {TIME: self.time_s, **self.channels, **columns}, self.metadata, self.sha256, self.notes
-        )
+        columns = {TIME: self.time_s, **self.channels, **columns}
+        made = make_recording(self.name, columns, self.metadata, self.sha256, self.notes)
+        return replace(made, step_share=self.step_share)
 
     def at_most(self, longest_s: float) -> "Recording":
         """Itself; RecordingError where its time goes on for longer, as that of a clock that jumped does."""
@@ -153,7 +154,8 @@ class Recording:
         count = int(rows)
         grid_s = begin_s + np.arange(count) / rate_hz
         take = Grid(self.time_s, grid_s, rate_hz, longest_s)
-        return replace(self, time_s=grid_s, channels={name: take(column) for name, column in self.channels.items()})
+        channels = {name: take(column) for name, column in self.channels.items()}
+        return replace(self, time_s=grid_s, channels=channels, step_share=self.step_share * take.step_share)
 
 
 def no_column(record: str, wanted: str, there: Iterable[str]) -> str:

@@ -5,13 +5,29 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from thrustd.diagnose.search.base import plateau
 from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, mostly, shows, usual
 from thrustd.diagnose.search.ranking import advanced
+from thrustd.identify.segments import segments_of
+from thrustd.records.recording import make_recording
 
 UNEXPLAINED = 0.01
+
+
+@pytest.mark.parametrize("trembles_s", [0.0, 0.004, 0.012])
+def test_noise_is_noise_where_stamps_tremble(trembles_s):
+    """What is read between two rows is like its neighbour: its steps say less of it than those of the rows do."""
+    rng, n = np.random.default_rng(5), 40_000
+    t = np.cumsum(0.05 + np.clip(rng.normal(0.0, trembles_s, n), -0.03, 0.03))
+    data = {"time_s": t, "deformation_mm": np.sin(t), "force_N": rng.normal(0.0, 10.0, n)}
+    segments = segments_of([make_recording("bench", data)])
+    noise = [segment.force_n for segment in segments]
+    shares = [segment.step_share for segment in segments]
+    assert plateau(noise, shares) == pytest.approx(np.nanstd(np.concatenate(noise)), rel=0.02)
+    assert shares == [1.0] if not trembles_s else shares < [0.9]
 
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():

@@ -71,9 +71,13 @@ class Base:
         return bool(np.isinf(self.own_mse))
 
 
-def plateau(residuals: Sequence[Floats]) -> float:
-    """Level of a residual's spectrum at its fast end, as an rms: the noise of the instruments alone."""
-    return float(np.sqrt(np.nanmean(np.concatenate([np.diff(each) for each in residuals]) ** 2) / 2.0))
+def plateau(residuals: Sequence[Floats], step_shares: Sequence[float]) -> float:
+    """Rms of the noise of the instruments alone, by the fast end of the residuals' spectrum: by their steps.
+
+    Steps of what was read between the rows of a record show a share of its noise (`records.grid.Grid`).
+    """
+    squares = [np.diff(each) ** 2 / share for each, share in zip(residuals, step_shares, strict=True)]
+    return float(np.sqrt(np.nanmean(np.concatenate(squares)) / 2.0))
 
 
 def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segment] = ()) -> Base:
@@ -158,8 +162,8 @@ def _doubt(spec: ModelSpec, segments: Sequence[Segment], promised: float, every:
     """Variance of the promised error as if it were new every so many samples: what is no noise is one error, and
     counts once.
     """
-    steps = np.concatenate([np.diff(s.force_n - simulate(spec, s)) for s in segments])
-    noise = min(promised**2, float(np.nanmean(steps**2)) / 2.0)
+    missed = [s.force_n - simulate(spec, s) for s in segments]
+    noise = min(promised, plateau(missed, [s.step_share for s in segments])) ** 2
     return noise / every + (promised**2 - noise) * max(1.0, sum(map(len, segments)) / every / KNOTS)
 
 
@@ -285,6 +289,7 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             | {"time_s": s.time_s}
             | hours_of(segments, s)
             | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
+            step_share=s.step_share,
         ).after(beginning_of(run, s))
         for i, s in enumerate(segments)
     ]

@@ -51,7 +51,7 @@ class Joint:
     @property
     def plateau(self) -> float:
         """See `base.plateau`."""
-        return plateau(self.solution.normal.residuals)
+        return plateau(self.solution.normal.residuals, [record.step_share for record in self.records])
 
     @property
     def strain(self) -> float:

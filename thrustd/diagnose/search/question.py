@@ -94,7 +94,8 @@ def of_segments(question: Question, segments: list[Segment]) -> Question:
     missed = _own_residuals(spec, segments)
     base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
     if not base.benched:
-        base = replace(base, own_mse=base.as_is_mse, own_plateau=plateau(missed) / base.scale)
+        fast_n = plateau(missed, [segment.step_share for segment in segments])
+        base = replace(base, own_mse=base.as_is_mse, own_plateau=fast_n / base.scale)
     return replace(question, segments=segments, base=base, rows=records_of(base, spec, segments))
 
 

@@ -27,6 +27,7 @@ class Record:
     place: int | None = None  # among the records of which a point knows how they begin
     kept: dict[Any, Any] | None = None  # where few samples count: columns that no pass changes, made once
     stood: int = 0  # samples in front of the data, without output
+    step_share: float = 1.0  # of the noise of y, see `records.grid.Grid`
 
     def __len__(self) -> int:
         return len(self.d)
