@@ -1,4 +1,4 @@
-"""Ageing by a dose of heat: against closed forms of the textbooks."""
+"""Ageing by a dose of heat, and by the logarithm of time: against closed forms of the textbooks."""
 
 import numpy as np
 import pytest
@@ -43,3 +43,9 @@ def test_a_dose_begun_before_the_record_goes_on():
     whole, half = (_gain("ageing_arrhenius", p, columns[skip:]) for skip in (0, 360))
     np.testing.assert_allclose(half, whole[360:], rtol=1e-12)
     assert (whole[:61] == 1.0).all()
+
+
+def test_every_tenfold_of_time_is_worth_as_much():
+    time_s = np.array([-50.0, 0.0, 540.0, 5940.0, 59_940.0])
+    found = _gain("ageing_logarithm", {"ageing_per_decade": 0.02, "start_s": 60.0}, time_s[:, None])
+    np.testing.assert_allclose(found, [1.0, 1.0, 1.02, 1.04, 1.06], rtol=1e-12)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from thrustd.model.effects import effect_named
+from thrustd.model.effects import creep_spectrum, effect_named
 
 DT_S = 0.5
 ELASTIC = np.cumsum(np.random.default_rng(5).normal(size=400)) * 0.05
@@ -59,3 +59,14 @@ def test_a_power_of_time(share, power):
     reading = 1.0 + share * (time_s / 60.0) ** power
     elastic = _back(creep, {"creep_at_minute": share, "power": power, "settled": 0.0}, reading)
     np.testing.assert_allclose(elastic[60:] - 1.0, 0.0, atol=0.04 * (reading.max() - 1.0))
+
+
+@given(st.lists(st.floats(0.0, 0.2), min_size=8, max_size=8))
+def test_a_ladder_of_times(shares):
+    creep = effect_named("creep_spectrum")
+    lags = [_lagged(ELASTIC, tau_s) for tau_s in creep_spectrum.TAUS_S]
+    reading = ELASTIC + sum(share * lag for share, lag in zip(shares, lags, strict=True))
+    parameters = dict(zip(creep_spectrum.SHARES, shares, strict=True)) | {"settled": 0.0}
+    np.testing.assert_allclose(_back(creep, parameters, reading), ELASTIC, atol=1e-9)
+    held = _back(creep, parameters | {"settled": 1.0}, np.ones(50))
+    np.testing.assert_allclose(held, 1.0 / (1.0 + sum(shares)), rtol=1e-12)

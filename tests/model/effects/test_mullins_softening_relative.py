@@ -31,3 +31,9 @@ def test_the_share_is_the_limit_of_a_way_that_grows():
     near = kept("mullins_softening_relative", m_mm=1e-9, beta=200.0, exponent=1.0, softening=0.2)
     share = kept("mullins_softening_ratio", exponent=1.0, softening=0.2 / 200.0)
     assert near == pytest.approx(share, abs=1e-5)
+
+
+def test_what_is_broken_is_missed_on_a_new_way_too():
+    found = kept("mullins_softening_damage", m_mm=0.5, exponent=2.0)
+    assert found == pytest.approx(1.0 - 0.1 * (1.0 - np.exp(-((X_MAX / 0.5) ** 2.0))), rel=1e-12)
+    assert np.all(np.diff(found) <= 0.0)
