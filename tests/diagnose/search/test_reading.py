@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from tests.diagnose.scene import DT_S, NOISE_N, mount, record
+from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from thrustd.core.measures import rms
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.reading import without_noise, without_tremble
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
+from thrustd.records.recording import make_recording
 
 READS_MM = 0.0016
 
@@ -58,3 +60,18 @@ def test_motion_as_fast_as_the_samples_is_not_taken_for_noise():
     question = asked(mount(), [data.with_channels(deformation_mm=fast, force_N=force)], NOTHING)
     assert rms(without_noise(fast) - fast) > 0.005
     assert without_tremble(question) is question
+
+
+def test_friction_forgets_by_motion_as_small_as_noise():
+    """Less its noise the reading has little of that motion, and relaxation was named beside: 17.3 N left, not 16.6."""
+    n, rng = 24_000, np.random.default_rng(3)
+    data, keep = columns(n, 3), np.exp(-DT_S / 0.3)
+    moved = data["deformation_mm"] + 1e-3 * lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal(n))
+    rubs = mount(effects=[EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.02})])
+    model = compile_model(rubs, 1 / DT_S)
+    force = model.simulate(model.inputs({**data, "deformation_mm": moved})) + rng.normal(0, NOISE_N, n)
+    read = {**data, "deformation_mm": moved + 1e-3 * rng.standard_normal(n), "force_N": force}
+    report = diagnose(mount(), [make_recording("measured", read)])
+    assert report.verdict == ("hysteresis",)
+    [friction] = [one for one in report.candidates[0].parameters if one.name == "friction_n"]
+    assert friction.value == pytest.approx(150.0, abs=friction.half_width)

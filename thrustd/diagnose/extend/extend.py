@@ -21,19 +21,18 @@ from thrustd.diagnose.compare.checks import check_channels, check_new
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
-from thrustd.diagnose.search.base import SEARCHED, Base
+from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, rivals, simplest
 from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.grow import joined, seen_beside
-from thrustd.diagnose.search.joint import Joint, counted, joint_fit, told
+from thrustd.diagnose.search.joint import Joint, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
-from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import advanced, grown_from, look, pruned
-from thrustd.diagnose.search.reading import like, without_tremble
+from thrustd.diagnose.search.reading import searched
 from thrustd.diagnose.search.screen import TRIED, leading
 from thrustd.diagnose.search.told import estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
@@ -72,19 +71,16 @@ def extend(
     for effect in chosen:
         check_new(spec, effect, spec.name)
     question = asked(spec, recordings, given)
-    records, segments, base, rows = question.records, question.segments, question.base, question.rows
+    records, segments, rows = question.records, question.segments, question.rows
     possible = _possible(chosen, records, () if given.flies else records)
-    calm = without_tremble(question)
-    few = counted(calm.base, calm.rows, SEARCHED)
 
-    def search(known: Base) -> tuple[Joint, Joint, list[Joint]]:
-        nothing = joint_fit(known, few[1], ())
-        return nothing, *_fitted(known, few[1], nothing, possible, question.rig, progress)
+    def search(known: Base, few: Sequence[Record]) -> tuple[Joint, Joint, list[Joint]]:
+        nothing = joint_fit(known, few, ())
+        return nothing, *_fitted(known, few, nothing, possible, question.rig, progress)
 
-    known, (nothing, fit, tried) = by_past(*few, calm.segments, search, lambda found: found[1])
-    few, base = (known, few[1]), like(known, base)
-    fit = plain(*few, pruned(*few, nothing, fit, tried), question.rig)
-    same = rivals(fit, [*tried, *elsewhere(*few, fit, question.rig)])
+    known, few, (nothing, fit, tried), base = searched(question, search, lambda found: found[1])
+    fit = plain(known, few, pruned(known, few, nothing, fit, tried), question.rig)
+    same = rivals(fit, [*tried, *elsewhere(known, few, fit, question.rig)])
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")

@@ -72,10 +72,7 @@ class Base:
 
 
 def plateau(residuals: Sequence[Floats], step_shares: Sequence[float]) -> float:
-    """Rms of the noise of the instruments alone, by the fast end of the residuals' spectrum: by their steps.
-
-    Steps of what was read between the rows of a record show a share of its noise (`records.grid.Grid`).
-    """
+    """Rms of the noise of the instruments alone: by the steps of residuals, which show a share of it (`Grid`)."""
     squares = [np.diff(each) ** 2 / share for each, share in zip(residuals, step_shares, strict=True)]
     return float(np.sqrt(np.nanmean(np.concatenate(squares)) / 2.0))
 
@@ -288,12 +285,9 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             {name: np.ascontiguousarray(column) for name, column in s.inputs.items()}
             | {"time_s": s.time_s}
             | hours_of(segments, s)
-            | {f"{STATE_OF}{k}": _since(s, k == i) for k in range(len(segments))},
+            | {f"{STATE_OF}{k}": np.full(len(s), NEVER_S) for k in range(len(segments))}
+            | {f"{STATE_OF}{i}": np.arange(len(s), dtype=np.float64) * s.dt_s},
             step_share=s.step_share,
         ).after(beginning_of(run, s))
         for i, s in enumerate(segments)
     ]
-
-
-def _since(segment: Segment, own: bool) -> Floats:
-    return np.arange(len(segment), dtype=np.float64) * segment.dt_s if own else np.full(len(segment), NEVER_S)

@@ -19,7 +19,7 @@ from thrustd.core.types import Progress
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
-from thrustd.diagnose.search.base import SEARCHED, Base
+from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, rivals, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, followed, nearly
@@ -27,13 +27,12 @@ from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
-from thrustd.diagnose.search.joint import Joint, counted, told
+from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.library import curve_sigma, laws
-from thrustd.diagnose.search.past import by_past
 from thrustd.diagnose.search.plain import undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
-from thrustd.diagnose.search.reading import like, without_tremble
+from thrustd.diagnose.search.reading import searched
 from thrustd.diagnose.search.screen import Looked, table_of
 from thrustd.diagnose.search.told import estimates_of, unsized
 from thrustd.identify.regression.friction import GROWS
@@ -104,18 +103,14 @@ def _searched(
     question: Question, effects: Sequence[Effect], progress: Progress | None
 ) -> tuple[Question, Ranked, Verdict]:
     """On few samples, from rest or where the mount remembers: the question is then asked with what it remembers."""
-    calm = without_tremble(question)
-    few, rows = counted(calm.base, calm.rows, SEARCHED)
-
-    def search(known: Base) -> Ranked:
-        return rank(known, rows, effects, question.rig, progress)
-
-    def said(ranked: Ranked) -> bool:
-        return curve_says_it(few, ranked.best, ranked.curves)
-
-    known, ranked = by_past(few, rows, calm.segments, search, lambda ranked: ranked.best, said)
+    known, rows, ranked, base = searched(
+        question,
+        lambda known, rows: rank(known, rows, effects, question.rig, progress),
+        lambda ranked: ranked.best,
+        lambda known, ranked: curve_says_it(known, ranked.best, ranked.curves),
+    )
     ranked = undisputed(known, rows, ranked, question.rig)
-    return replace(question, base=like(known, question.base)), ranked, judge(known, rows, ranked)
+    return replace(question, base=base), ranked, judge(known, rows, ranked)
 
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:

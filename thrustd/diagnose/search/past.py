@@ -26,26 +26,26 @@ def by_past(
     base: Base,
     rows: Sequence[Record],
     segments: Sequence[Segment],
-    search: Callable[[Base], Found],
+    search: Callable[[Base, Sequence[Record]], Found],
     best_of: Callable[[Found], Joint],
-    said: Callable[[Found], bool] = lambda found: False,
+    said: Callable[[Base, Found], bool],
 ) -> tuple[Base, Found]:
     """What a search finds from rest, or where the mount remembers, and the base that it was found from.
 
     `said`: whether what was found needs no memory, though no effect explains it.
     """
-    rested = search(base)
+    rested = search(base, rows)
     best, other = best_of(rested), remembering(base, segments)
-    if other is None or said(rested) or (at_floor(best, base) and not best.terms):
+    if other is None or said(base, rested) or (at_floor(best, base) and not best.terms):
         return base, rested
     alone = joint_fit(other, rows, ())
     if at_floor(best, base):
         if not at_floor(alone, other) or surprise(other, alone, best) > surprise(base, best, best):
             return base, rested
-        return other, search(other)
+        return other, search(other, rows)
     if gained(alone, best) and not gained(best, joint_fit(other, rows, best.terms)):  # memory stands for none of it
         return base, rested
-    found = search(other)
+    found = search(other, rows)
     return (other, found) if gained(best, best_of(found)) else (base, rested)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
-from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.check import learnt_from
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
@@ -91,7 +90,7 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
 def of_segments(question: Question, segments: list[Segment]) -> Question:
     """The same of these segments: what the model as it is leaves of them."""
     spec, base = question.spec, question.base
-    missed = _own_residuals(spec, segments)
+    missed = [(s.force_n - free_runs(spec, s)[1])[stretch_of(s) :] for s in segments]  # behind what shows the state
     base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
     if not base.benched:
         fast_n = plateau(missed, [segment.step_share for segment in segments])
@@ -118,8 +117,3 @@ def asked_for(effects: Sequence[Effect | str], recordings: Sequence[Recording]) 
     """Effects by name or formula; a formula may read any column of the recordings."""
     columns = recordings[0].channels if recordings else {}
     return [effect_named(effect, columns) if isinstance(effect, str) else effect for effect in effects]
-
-
-def _own_residuals(spec: ModelSpec, segments: Sequence[Segment]) -> list[Floats]:
-    """What the model as it is leaves, behind a first stretch that shows the state."""
-    return [(s.force_n - free_runs(spec, s)[1])[stretch_of(s) :] for s in segments]

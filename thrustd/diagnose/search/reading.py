@@ -3,18 +3,24 @@
 Noise of the reading reaches the force through a stiff mount, and no law of the mount explains it. But an element that
 swallows small motions, or looks a little ahead, smooths it, and leaves less than the true law does. A record may look
 both ways: what smooths it without a law leaves still less. In flight nothing can, so sizes and errors are of the
-reading as it is.
+reading as it is. So is the search where what it found leaves clearly less of that: friction forgets by motion as small
+as noise.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import convolve1d, uniform_filter1d
 
 from thrustd.core.columns import Floats
-from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.base import SEARCHED, Base
+from thrustd.diagnose.search.better import gained
+from thrustd.diagnose.search.joint import Joint, counted, joint_fit
+from thrustd.diagnose.search.past import Found, by_past
 from thrustd.diagnose.search.question import Question, of_segments
 from thrustd.identify.regression.friction import noise_of
+from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION
 
@@ -72,14 +78,21 @@ def without_tremble(question: Question) -> Question:
     return replace(calm, base=known)
 
 
-def like(found: Base, asked: Base) -> Base:
-    """What a search found that is known, with promises and errors of the readings as they are."""
-    return replace(
-        found,
-        noise_variance=asked.noise_variance,
-        promised=asked.promised,
-        as_is_mse=asked.as_is_mse,
-        own_mse=asked.own_mse,
-        own_plateau=asked.own_plateau,
-        tremble=asked.tremble,
-    )
+def searched(
+    question: Question,
+    search: Callable[[Base, Sequence[Record]], Found],
+    best_of: Callable[[Found], Joint],
+    said: Callable[[Base, Found], bool] = lambda base, found: False,
+) -> tuple[Base, Sequence[Record], Found, Base]:
+    """On few samples: the base and the rows that it was found with, what (see `by_past`), and that base of the reading
+    as it is.
+    """
+    for one in (without_tremble(question), question):
+        few, rows = counted(one.base, one.rows, SEARCHED)
+        known, found = by_past(few, rows, one.segments, search, best_of, said)
+        as_is = replace(question.base, shape=known.shape, point=known.point, information=known.information)
+        best = best_of(found)
+        last = one is question or not best.terms
+        if last or not gained(best, joint_fit(*counted(as_is, question.rows, SEARCHED), best.terms)):
+            break
+    return known, rows, found, as_is
