@@ -57,6 +57,7 @@ class Base:
     roles: Roles = OWN  # what the file calls and measures input and output in
     calibration: float = 0.0  # one sigma of the transducer's scale: no amplitude is known better
     as_is_mse: float = np.inf  # of the model itself on these records, its core as it is
+    opposes: bool = False  # its force and that of these records pull opposite ways
     own_mse: float = np.inf  # the same where no bench says how far its core may move
     own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
     tremble: float = 0.0  # mean square of the force of the reading's noise, without which a set was searched for
@@ -156,11 +157,9 @@ def thinned(y: Floats, every: int) -> Floats:
 
 
 def _doubt(spec: ModelSpec, segments: Sequence[Segment], promised: float, every: int) -> float:
-    """Variance of the promised error as if it were new every so many samples: what is no noise is one error, and
-    counts once.
-    """
-    missed = [s.force_n - simulate(spec, s) for s in segments]
-    noise = min(promised, plateau(missed, [s.step_share for s in segments])) ** 2
+    """Variance of the promised error as if it were new every so many samples: what is no noise counts once."""
+    steps = plateau([s.force_n - simulate(spec, s) for s in segments], [s.step_share for s in segments])
+    noise = min(promised, steps) ** 2
     return noise / every + (promised**2 - noise) * max(1.0, sum(map(len, segments)) / every / KNOTS)
 
 

@@ -90,6 +90,8 @@ def diagnose(
     base = question.base
     energy = loop_energy(records)
     turned = [energy.sentence(records)] if energy.delivers and not given.against else []
+    if base.benched and base.opposes:
+        turned.append("the force pulls against that of the model: sign of force or of deformation?")
     if turned and not at_floor(verdict.fit, base) and not signed(base):  # no passive law explains it, whichever fits
         verdict = Verdict(("unknown",), ranked.nothing, ())
     ranked, verdict = _told(base, rows, ranked, verdict)

@@ -90,11 +90,13 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
 def of_segments(question: Question, segments: list[Segment]) -> Question:
     """The same of these segments: what the model as it is leaves of them."""
     spec, base = question.spec, question.base
-    missed = [(s.force_n - free_runs(spec, s)[1])[stretch_of(s) :] for s in segments]  # behind what shows the state
-    base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2)
+    runs = [(s, free_runs(spec, s)[1]) for s in segments]
+    missed = [(s.force_n - run)[stretch_of(s) :] for s, run in runs]  # behind a first stretch that shows the state
+    opposes = bool(np.nanmean(np.concatenate([s.force_n * run for s, run in runs])) < 0.0)
+    base = replace(base, as_is_mse=float(np.nanmean(np.concatenate(missed) ** 2)) / base.scale**2, opposes=opposes)
     if not base.benched:
-        fast_n = plateau(missed, [segment.step_share for segment in segments])
-        base = replace(base, own_mse=base.as_is_mse, own_plateau=fast_n / base.scale)
+        fast = plateau(missed, [segment.step_share for segment in segments]) / base.scale
+        base = replace(base, own_mse=base.as_is_mse, own_plateau=fast)
     return replace(question, segments=segments, base=base, rows=records_of(base, spec, segments))
 
 

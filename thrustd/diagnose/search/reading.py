@@ -84,9 +84,7 @@ def searched(
     best_of: Callable[[Found], Joint],
     said: Callable[[Base, Found], bool] = lambda base, found: False,
 ) -> tuple[Base, Sequence[Record], Found, Base]:
-    """On few samples: the base and the rows that it was found with, what (see `by_past`), and that base of the reading
-    as it is.
-    """
+    """On few samples: base and rows that it was found with, what (`by_past`), and that base of the reading as it is."""
     for one in (without_tremble(question), question):
         few, rows = counted(one.base, one.rows, SEARCHED)
         known, found = by_past(few, rows, one.segments, search, best_of, said)
