@@ -39,10 +39,16 @@ class Shape:
     begun: int = 0  # records, those with a place, whose lags and pairs do not begin settled, but anywhere
     stood: tuple[int, ...] = ()  # samples for which the first load of each record has been there before it, after none
     zero_std: float = np.inf  # one sigma of the offset where it is known from other records
+    sizes: dict[str, int] = field(init=False, repr=False, compare=False)  # numbers per group, in the vector's order
+    _parts: dict[str, slice] = field(init=False, repr=False, compare=False)
 
-    @property
-    def sizes(self) -> dict[str, int]:
-        """Numbers per group, in the order of the vector."""
+    def __post_init__(self) -> None:
+        sizes = self._sizes()
+        ends = np.cumsum([0, *sizes.values()]).tolist()
+        object.__setattr__(self, "sizes", sizes)
+        object.__setattr__(self, "_parts", {name: slice(*ends[i : i + 2]) for i, name in enumerate(sizes)})
+
+    def _sizes(self) -> dict[str, int]:
         m, p = len(self.taus_s), len(self.poles)
         return {
             "f": self.f_grid.n,
@@ -59,8 +65,8 @@ class Shape:
         }
 
     def parts(self) -> dict[str, slice]:
-        ends = np.cumsum([0, *self.sizes.values()])
-        return {name: slice(a, b) for name, a, b in zip(self.sizes, ends[:-1], ends[1:], strict=True)}
+        """Where each group lies in the vector."""
+        return self._parts
 
     def spectra(self) -> dict[str, slice]:
         """Terms of many amplitudes, whose common size the data tell."""

@@ -42,10 +42,11 @@ class Term:
     shapes: bool = True
     known: bool = False
     sized: bool = False
+    free: tuple[Parameter, ...] = field(init=False, repr=False, compare=False)  # what is estimated
 
-    @property
-    def free(self) -> tuple[Parameter, ...]:
-        return tuple(p for p in self.effect.parameters if p.estimate and (p.amplitude or self._moves(p)))
+    def __post_init__(self) -> None:
+        free = (p for p in self.effect.parameters if p.estimate and (p.amplitude or self._moves(p)))
+        object.__setattr__(self, "free", tuple(free))
 
     def _moves(self, p: Parameter) -> bool:
         """Whether a shape parameter is estimated: one that begins at zero, its bound, has no scale to move by."""
@@ -63,7 +64,7 @@ class Term:
                 value = self.fixed[p.name] * float(np.exp(number))
             else:
                 value = self.fixed[p.name] + float(number)
-            found[p.name] = float(np.clip(value, p.low, p.high))
+            found[p.name] = float(p.low if value <= p.low else p.high if value >= p.high else value)
         return found
 
     def walls(self) -> Floats:
