@@ -16,7 +16,6 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import medfilt
 
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
@@ -138,6 +137,8 @@ def _converted(raw: Mapping[str, Floats], table: Mapping[str, Source]) -> dict[s
 
 
 def _body_accelerations(columns: dict[str, Floats], accel_m_s2: Floats) -> dict[str, Floats]:
+    from scipy.signal import medfilt  # takes half a second
+
     time_s, tas = columns[TIME], columns["tas_m_s"]
     flying = tas > MIN_AIRSPEED_M_S
     climb_m_s = medfilt(columns["climb_rate_m_s"], 9)  # some recordings have spikes of 80 m/s
