@@ -14,6 +14,7 @@ from thrustd.bench.plan_test import BenchPlan, programme
 from thrustd.cli.files import read_models
 from thrustd.commission.commission import Commissioned, _kept, commission, summary_lines
 from thrustd.commission.mount_models import THERMAL, Made, _hang, learn, mount_models
+from thrustd.commission.one_mount import Answer, identified
 from thrustd.commission.pieces import Pieces
 from thrustd.commission.report import _effects, report_page
 from thrustd.core.calibration import Calibration, MountCalibration, Zero, write_calibration
@@ -21,7 +22,7 @@ from thrustd.diagnose.extend.extend_report import ExtendReport
 from thrustd.identify.artifact import witness_rows
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
-from thrustd.model.artifact import EffectSpec
+from thrustd.model.artifact import EffectSpec, read_model, write_model
 from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 from thrustd.twin.aircraft import scripted
@@ -43,6 +44,23 @@ def records(tmp_path_factory):
     for name, record in made.items():
         write_recording(record.resample(10.0), folder / f"{name}.parquet")
     return folder
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_model_of_a_bench():
+    """A record is identified once: its model is the same, whichever mount a test says that it is of."""
+    made: dict[tuple[str, ...], Answer] = {}
+
+    def once(mount, records):
+        key = tuple(record.sha256 for record in records)
+        if key not in made:
+            made[key] = identified(mount, records)
+        spec = msgspec.structs.replace(read_model(made[key].model, mount), name=mount.replace("_", "-"))
+        return msgspec.structs.replace(made[key], model=write_model(spec))
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("thrustd.commission.mount_models.identified", once)
+        yield
 
 
 def given(records, upper="upper", lower="lower", more=()):
