@@ -94,7 +94,7 @@ def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
 
     def chamber(room_degc, seed):
         asked = make_recording("steps", programme("steps", BenchPlan(hours=1.0, seed=seed)))
-        return programme_bench(asked, seed, UPPER, RIG._replace(room_degc=room_degc)).resample(5.0)
+        return programme_bench(asked, seed, UPPER, RIG._replace(room_degc=room_degc)).resample(2.0)
 
     known = identify([chamber(20.0, 1)], name="upper").spec
     report = extend(known, [chamber(-10.0, 2), chamber(50.0, 3)], ["thermal_stiffness", "thermal_expansion"])
