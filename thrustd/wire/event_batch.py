@@ -102,7 +102,8 @@ class EventBatch:
     def encode(self, first_number: int) -> bytes:
         """At most 65535 events as one message; `first_number` of the run."""
         names = b"".join(bytes((len(raw),)) + raw for raw in map(str.encode, self.channels))
-        lengths = np.diff(self.ends, prepend=0)
+        lengths = self.ends.copy()
+        lengths[1:] -= self.ends[:-1]
         n_bytes = self.ends.item(-1) if len(self) else 0
         columns = (self.t_ns, self.kind, self.ident.astype("<u4"), lengths.astype("<u2"), self.data[:n_bytes])
         head = _HEAD.pack(VERSION, len(self.channels), len(self), first_number)
