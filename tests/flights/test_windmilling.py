@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.fusion_flights import follow
 from tests.conftest import ROOT
 from thrustd.brochure.windmilling import assumed
 from thrustd.core.aircraft import DATA, Windmilling
@@ -44,17 +45,12 @@ def estimates(request):
     )
     place = read_installation(ROOT / "deploy" / "hil.toml")
     place = place if described else undescribed(place)
-    pipeline, truth, found = place.pipeline(), 0.0, []
-    for item in fly(stopped, airframe, place.parts().can_table, SEED):
-        if isinstance(item, Truth):
-            truth = item.value_n if item.name == "left" else truth
-        else:
-            found += [
-                (item.t_ns * 1e-9, one, truth)
-                for one in pipeline.feed(item)
-                if isinstance(one, Estimate) and one.engine == 0
-            ]
-    return found
+    items = list(fly(stopped, airframe, place.parts().can_table, SEED))
+    truths = [item for item in items if isinstance(item, Truth) and item.name == "left"]
+    outputs = follow(place.pipeline(), (item for item in items if not isinstance(item, Truth)))
+    found = [one for one in outputs if isinstance(one, Estimate) and one.engine == 0]
+    at = np.searchsorted([item.t_ns for item in truths], [one.t_ns for one in found], "right") - 1
+    return [(one.t_ns * 1e-9, one, truths[max(i, 0)].value_n) for one, i in zip(found, at.tolist(), strict=True)]
 
 
 def test_its_drag_is_told_by_the_brochure_and_inside_the_band(estimates):
