@@ -39,7 +39,8 @@ def flight_columns(
         for due in intake.take(batch):
             if isinstance(due, Fault):
                 continue
-            values = [intake.hold.value(due, *slot) for slot in slots]
+            intake.hold.look(due)
+            values: list[float] = intake.hold.seen[0, : len(slots)].tolist()
             for sensor in [slot for slot in slots if intake.is_wanted(slot)]:
                 intake.tell(sensor, intake.hold.value(due, *sensor))
             values.append(dynamic_pressure_pa(*(values[place] for place in air)))
