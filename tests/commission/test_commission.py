@@ -42,7 +42,7 @@ def records(tmp_path_factory):
     made["kilonewtons"] = made["upper"].with_channels(force_N=made["upper"]["force_N"] / 1e3)
     made["still"] = made["upper"].with_channels(force_N=8.0 + 0 * made["upper"]["force_N"]).window(0.0, 30.0)
     for name, record in made.items():
-        write_recording(record.resample(10.0), folder / f"{name}.parquet")
+        write_recording(record.resample(5.0), folder / f"{name}.parquet")
     return folder
 
 
