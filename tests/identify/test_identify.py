@@ -1,6 +1,7 @@
 """Structures, table, checks: small records of a known system."""
 
 import json
+from math import nan
 
 import msgspec
 import numpy as np
@@ -8,9 +9,9 @@ import pytest
 
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.identify.checks import check_records
-from thrustd.identify.identify import identify, split
+from thrustd.identify.identify import identify, split, useless
 from thrustd.identify.regression.general import Asked
-from thrustd.identify.report import as_table, errors_of
+from thrustd.identify.report import Errors, Score, as_table, errors_of
 from thrustd.identify.segments import FORCE, segments_of
 from thrustd.identify.structures import shelf, static, structure_named
 from thrustd.identify.structures.block_fits import BlockFits
@@ -203,6 +204,25 @@ def test_a_model_worse_than_a_constant_is_called_useless():
     )
     found = identify([bench], [other], structures=["static-pwl"])
     assert found.warnings[0].startswith("DO NOT USE THIS MODEL: the best of them (static-pwl) is ")
+
+
+def test_a_model_that_is_better_than_a_constant_by_chance_alone_is_called_useless(bench):
+    """One in six of benches of pure noise, 2160 samples: 1051 N on 432 that were held back."""
+    for samples, words in ((432, "DO NOT USE THIS MODEL"), (432_000, None)):
+        held_out = Errors(1051.0, nan, nan, 0.4, nan, True, samples)
+        said = useless(Score("hw-pwl", "", "", held_out, held_out, 0.0, 8, nan, nan), bench)
+        assert [line.split(":")[0] for line in said] == ([words] if words else [])
+
+
+def test_a_model_that_explains_little_for_sure_is_usable():
+    rng = np.random.default_rng(3)
+    u = np.repeat(rng.uniform(0, 1, 200), 20)
+    records = [
+        make_recording(name, {"time_s": np.arange(4000.0), "deformation_mm": u, FORCE: u + rng.normal(size=4000)})
+        for name in ("bench", "other")
+    ]
+    found = identify(records[:1], records[1:], structures=["static-pwl"])
+    assert found.usable and found.scores[0].validation.fit_pct < 10.0
 
 
 def test_structures_share_the_fits_they_have_in_common(bench):

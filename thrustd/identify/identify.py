@@ -28,6 +28,7 @@ from thrustd.records.recording import Recording
 from thrustd.records.roles import Roles, roles_of
 
 PARTS, GROUPS = 20, 5  # of every record; one group of parts is held out when no other records are given
+CHANCE = 15.1  # z squared, once in 10 000
 STILL = 0.1  # of the deviation of the data fitted to: what moves less tells nothing of a model
 USUAL = "hw-pwl+prandtl-ishlinskii"
 EXPLAINED_PCT = 97.0  # fit on validation data; with less other structures are tried, when none was named
@@ -124,9 +125,13 @@ def _best(results: Sequence[tuple[Fitted, Score]], apart: Sequence[str]) -> tupl
 
 
 def useless(best: Score, fitting: Sequence[Recording]) -> list[str]:
-    """A plain word when a constant would predict better than the best model, on data that move enough to say so."""
+    """A plain word when a constant would predict as well as the best model, on data that move enough to say so.
+
+    A model that knows nothing is better by chance: of n samples it explains z^2 / n of their variance, z: N(0, 1).
+    """
     new = best.validation
-    if new.fit_pct >= 0:
+    explained = 1.0 - (1.0 - new.fit_pct / 100.0) ** 2 if new.fit_pct < 100.0 else 1.0
+    if explained * new.samples > CHANCE:
         return []
     spread = new.rmse_n / (1 - new.fit_pct / 100)
     usual = max(float(np.nanstd(record[FORCE])) for record in fitting)
