@@ -97,6 +97,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--need-browser", action="store_true", help="tests in a browser fail where there is none")
 
 
+def pytest_collection_modifyitems(items):
+    """Long ones first: begun last, one process would wait for another's."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
 @pytest.fixture(scope="session")
 def aircraft() -> Installation:
     return small_aircraft()

@@ -12,6 +12,7 @@ from thrustd.records.files import read_recording, write_recording
 from thrustd.records.recording import make_recording
 from thrustd.twin.hide import hide
 
+pytestmark = pytest.mark.long
 N_LONG = 10_000_000
 SPIKE_AT_S = 61_234.56
 RECORD_S = 1200.0  # of each record of the exercise
