@@ -31,20 +31,19 @@ MOUNTS = np.array((SHARE, 1 - SHARE, 0.0, 0.0, 0.0))
 BEGINS_S = 300.0
 
 
-def weighed(lost_n, moved_n, motion=MOTION, seconds=3.0):
-    """Probabilities so long after both mounts of an engine showed so much less, and the aircraft less thrust."""
+def weighed(lost_n, moved_n):
+    """Probabilities without it and with it, 3 s after both mounts of an engine showed less, and the aircraft too."""
     out, heard = np.zeros((onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD)
-    for rows, n in flown(lambda t_s: -lost_n * (t_s > BEGINS_S) * MOUNTS, BEGINS_S + seconds):
+    for rows, n in flown(lambda t_s: -lost_n * (t_s > BEGINS_S) * MOUNTS, BEGINS_S + 3.0):
         rows[:n, MACH], rows[:n, MOVES], rows[:n, SHAKES_N] = 0.4, 1.0, 120.0
         rows[:n, BY_MOTION_N] = -1500.0 - moved_n * (rows[:n, T_S] > BEGINS_S)  # less drag
         rows[:n, ALONG_G] = (rows[:n, BY_MOTION_N] + 3000.0) / WEIGHT_N
     evidence.weigh(rows, n, SHARE, onsets.WELL, INSTALLED, heard[0], out)
     out[onsets.N_ALONE :, 0] = 0.0
     alone = out[:, 0].copy()
-    if motion.weight_n > 0.0:
-        again = np.empty((onsets.N_ALONE, 3))
-        evidence.evidence(rows, n, SHARE, onsets.WELL, INSTALLED, motion, again)
-        agree(again[:, 0], heard[0], 0.0, out)
+    again = np.empty((onsets.N_ALONE, 3))
+    evidence.evidence(rows, n, SHARE, onsets.WELL, INSTALLED, MOTION, again)
+    agree(again[:, 0], heard[0], 0.0, out)
     assert out[:, 0].sum() == pytest.approx(1.0)
     return alone, out[:, 0]
 

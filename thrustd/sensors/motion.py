@@ -5,7 +5,7 @@
 It is asked where an engine's own sources contradict each other: a thrust that is lost moves the aircraft, a sensor that
 fails does not. Its errors, each a Gaussian of the flight or of some time, as parts of W and of the wing:
 
-    mass      m W f_x                       half of what the file allows, as the sigma of an even spread
+    mass      m W f_x                       as likely anywhere in what the file allows
     drag      d S q                         of the wing, without any polar
     lift      l W n_z, in flight            it points forward by the angle of attack
     wheels    r W                           and a runway that slopes
