@@ -98,6 +98,20 @@ def test_a_choice_is_not_taken_back_by_a_state_that_was_asked_for_before(page_of
         assert measured.input_value() == "flight.mcap"
 
 
+def test_a_choice_is_not_taken_back_while_the_server_has_not_answered_it(page_of, served):
+    with page_of(served.url) as page:
+        idle(page)
+        measured = page.get_by_label("measured recording")
+        with held(page, "**/api/state") as waiting, held(page, "**/api/session") as chosen:
+            choose(served, heldout=["two.csv"])
+            until(page, lambda: waiting)
+            measured.select_option("flight.mcap")
+            until(page, lambda: chosen)
+            let_go(page, waiting.pop(0))
+            assert measured.input_value() == "flight.mcap"
+        assert measured.input_value() == "flight.mcap"
+
+
 def test_a_choice_that_is_refused_is_not_shown(page_of, served):
     with page_of(served.url) as page:
         idle(page)

@@ -15,6 +15,7 @@ export const store = {
 };
 const listeners = new Set();
 let newest = null; // question for the state
+let choosing = Promise.resolve(); // a choice on its way to the server: a state asked for before it is made does not know it
 
 export const listen = (listener) => {
   listeners.add(listener);
@@ -25,7 +26,7 @@ export function changed(what = "all") {
 }
 
 export function refresh() {
-  const asked = get("api/state").then((server) => {
+  const asked = choosing.then(() => get("api/state")).then((server) => {
     if (asked !== newest) return newest; // what was asked later knows more
     store.server = server;
     for (const job of server.jobs) if (waiting.has(job.id) && over(job)) tell(job); // ended before the stream was open
@@ -110,10 +111,12 @@ async function busy(work) {
 export const cancel = (job) => remove("api/jobs/" + job.id);
 
 export async function choose(fields) {
+  const made = post("api/session", fields);
+  choosing = made.catch(() => {});
+  refresh().catch((problem) => say(problem.message)); // from here on no older answer counts
   try {
-    store.server.session = await post("api/session", fields);
+    store.server.session = await made;
     store.ui.about = fields.measured?.[0] ?? store.ui.about;
-    refresh().catch((problem) => say(problem.message)); // an answer already on its way does not know this choice
   } catch (problem) {
     store.refused++; // lists that show the choice are drawn anew
     throw problem;
