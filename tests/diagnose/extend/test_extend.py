@@ -36,6 +36,15 @@ def test_the_ledger_tells_parent_and_fall():
     assert {"rmse_before_n", "rmse_after_n", "parameters"} <= set(first.to_json())
 
 
+def test_a_models_file_holds_the_sigma_that_is_printed():
+    """A mass is known no better than the scale of the load cell it was weighed with."""
+    first = extend(mount(), [record([inertia(100.0)])], ["axial_inertia"])
+    (mass,) = [number for number in first.parameters if number.name == "mass_kg"]
+    (written,) = first.spec.effects
+    assert written.std["mass_kg"] == pytest.approx(mass.half_width / 1.96, rel=1e-3)
+    assert mass.std > 0.005 * mass.value
+
+
 def test_two_effects_one_after_the_other_end_where_they_end_together():
     both = record([inertia(100.0)], added=lambda d: -0.02 * d["dynamic_pressure_Pa"])
     one = extend(mount(), [both], ["axial_inertia"]).spec

@@ -34,7 +34,7 @@ from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import advanced, grown_from, look, pruned
 from thrustd.diagnose.search.reading import searched
 from thrustd.diagnose.search.screen import TRIED, leading
-from thrustd.diagnose.search.told import estimates_of, specs_of
+from thrustd.diagnose.search.told import as_told, estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
 from thrustd.identify.first_state import begun_at
@@ -84,11 +84,12 @@ def extend(
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")
+    numbers = tuple(estimates_of(base, fit, same))
     written = _written(spec, name or spec.name, base, nothing, fit, segments, records)
+    written = msgspec.structs.replace(written, effects=as_told(written.effects, numbers))
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     was, after = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
     missed = _missed(spec, written, base, fit, segments, was)
-    numbers = tuple(estimates_of(base, fit, same))
     return ExtendReport(written, fit.words, was, after, numbers, left_out, base.roles.unit, remarks=missed)
 
 

@@ -15,6 +15,7 @@ from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Parameter
+from thrustd.model.effects import effect_named
 
 UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
@@ -103,6 +104,16 @@ def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[P
     """
     others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
     return [line for term, spec in _new(base, fit) for line in lines_of(base, term, spec, others)]
+
+
+def as_told(effects: Sequence[EffectSpec], numbers: Sequence[ParameterEstimate]) -> list[EffectSpec]:
+    """Effects with the sigmas that these numbers tell, for a model's file: with what a scale or a rival leaves open."""
+    std = {(number.effect, number.name): number.std for number in numbers}
+    found = []
+    for one in effects:
+        word = effect_named(one.name).word
+        found.append(EffectSpec(one.name, one.parameters, {p: std.get((word, p), own) for p, own in one.std.items()}))
+    return found
 
 
 def disputed(fit: Joint, rivals: Sequence[Joint]) -> set[str]:
