@@ -6,7 +6,7 @@ import pytest
 
 from thrustd.commission.tether import fit_tether
 from thrustd.commission.tether_file import with_tether
-from thrustd.commission.tether_run import beyond_n
+from thrustd.commission.tether_models import beyond_n
 from thrustd.commission.tether_told import Beyond, Solved, _beyond
 from thrustd.core.calibration import Calibration, MountCalibration, read_calibration, write_calibration
 from thrustd.core.measures import SIGMAS_95

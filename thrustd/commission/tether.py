@@ -5,18 +5,17 @@
 
 f_m   force of the mount's model; u its deformation over its range
 G_e   what the installation does to an engine's whole load (brackets, lines): prior 3 %
-s_m   one mount against its bench: prior `fusion.mount_stiffness_std`
+s_m   one mount against its bench, prior `fusion.mount_stiffness_std`, and the scale of its transducer, prior 0.5 %
+      where no gauge blocks have measured it
 h_e   the mounts' own friction against that of their bench, p_m in the model: prior `fusion.mount_friction_std_n` each.
       It adds while the load grows and takes off while it falls: what is left of it at idle looks like a zero, and
-      under load like a gain
+      under load like a gain. Elements of it that differ otherwise than by one factor are in the covariance
 z_m   what is left of its transducer's zero under load: prior 17 um, because a reading at rest holds what friction kept
-a_e   growth between transducers and mounts with their temperature: prior 0.5 um/K; load and heat come together in such
-      a run, so that without it the gain takes the heat's part, and is wrong in cold air
+a_e   growth between transducers and mounts with their temperature, through all of the model: prior 0.5 um/K; load and
+      heat come together in such a run, so that without it the gain takes the heat's part, and is wrong in cold air
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 q_m   slope of a mount's curve beyond its bench against that of its other side, where the engine's weight holds it out
       there: prior 6.1 % (`mounts.step`). r_m grows from nothing at rest to where the bench begins and stays
-      Where it is asked, what the numbers take on of the models' own errors is in their covariance: these repeat with
-      the load, so no residual shows them (consider covariance; Schmidt 1966, Bierman 1977, ch. 8)
 c     zero of the cell with the wheels' friction: prior 50 N
 d     the cell's clock within a step of those it is looked for at, d dF/dt: else friction takes its part
 
@@ -29,16 +28,20 @@ Engines that are shut down afterwards tell the zero of each mount, as well as it
 
 Bayesian linear regression (Bishop, Pattern Recognition and Machine Learning, ch. 3.3); the noise that counts is slow,
 so its variance is that of means of a minute. What the run does not tell apart stays at its prior: two mounts of one
-engine move together, so their difference does.
+engine move together, so their difference does. What the numbers take on of the models' own errors is in their
+covariance: these repeat with the load, so no residual shows them (consider covariance; Schmidt 1966, Bierman 1977,
+ch. 8).
 """
 
 from dataclasses import replace
+from math import hypot
 from typing import NamedTuple
 
 import numpy as np
 
 from thrustd.commission.tether_cell import CLOCK_S, at_times, check_unit, heard
-from thrustd.commission.tether_run import NAMES, Run, columns, curve_errors_n, places, read_run
+from thrustd.commission.tether_models import GROWS_MM_K
+from thrustd.commission.tether_run import NAMES, Run, columns, curve_errors_n, friction_errors_n, places, read_run
 from thrustd.commission.tether_told import ENGINE_STD, Solved, TetherFit, told_by
 from thrustd.core.calibration import BOW_STD_MM, HELD_STD_MM
 from thrustd.core.columns import Floats
@@ -51,11 +54,12 @@ from thrustd.mounts.step import IN_SHEAR_STD
 from thrustd.records.recording import Recording
 
 CELL_ZERO_N, MOST_CELL_STD = 50.0, 0.05
-EXPANSION_STD_MM_K, STRAIGHT_MM = 5e-4, 1e-6
+STRAIGHT_MM = 1e-6
 SLOW_S = 60.0  # as long as a level is held: creep that a model misses lasts so long
 LAG_STEP_S = 0.1
 LAGS_S = np.arange(-CLOCK_S, CLOCK_S + 0.01, LAG_STEP_S)  # the cell's clock against the log's
 LEAST_S = 60.0
+SAME = 1e-4  # of a variance, from one round to the next
 MUCH = 3.0  # times what the models' own errors leave
 
 
@@ -88,9 +92,9 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation, c
             f"{cell.name}: less than {LEAST_S:g} s within the log's {span}; expected one clock for both"
         )
     check_unit(cell, base_n, trials[len(trials) // 2][1])
-    curves_n = curve_errors_n(run)
+    errors_n = np.hstack((curve_errors_n(run), friction_errors_n(run)))
     fits = [
-        (lag, cell_n, Solved(prior, *_fit(design, known, cell_n - base_n, run.rate_hz, curves_n)))
+        (lag, cell_n, Solved(prior, *_fit(design, known, cell_n - base_n, run.rate_hz, errors_n)))
         for lag, cell_n in trials
     ]
     lag, cell_n, solved = min(fits, key=lambda fit: fit[2].left_n)
@@ -156,8 +160,9 @@ def _prior(run: Run, installation: Installation, design: Floats) -> Floats:
     rubs_n = settings.mount_friction_std_n * np.sqrt(np.bincount(run.engine_of))
     most_n = np.nanmax(np.abs(design[:, at["friction"] : at["beyond"]]), axis=0)
     stds = {
-        "gain": [ENGINE_STD] * n_e, "own": [settings.mount_stiffness_std] * n_m, "zero": [HELD_STD_MM] * n_m,
-        "growth": [EXPANSION_STD_MM_K] * n_e, "bow": [STRAIGHT_MM if each else BOW_STD_MM for each in run.straight],
+        "gain": [ENGINE_STD] * n_e, "own": [hypot(settings.mount_stiffness_std, scale) for scale, _ in run.line_stds],
+        "zero": [HELD_STD_MM] * n_m, "growth": [GROWS_MM_K] * n_e,
+        "bow": [STRAIGHT_MM if each else BOW_STD_MM for each in run.straight],
         "friction": (rubs_n / np.maximum(most_n, rubs_n)).tolist(), "beyond": [IN_SHEAR_STD] * n_m,
         "cell": [CELL_ZERO_N], "clock": [LAG_STEP_S],
     }  # fmt: skip
@@ -165,23 +170,29 @@ def _prior(run: Run, installation: Installation, design: Floats) -> Floats:
 
 
 def _fit(
-    design: Floats, known: _Known, wanted_n: Floats, rate_hz: float, curves_n: Floats
+    design: Floats, known: _Known, wanted_n: Floats, rate_hz: float, errors_n: Floats
 ) -> tuple[Floats, Floats, float]:
     """(numbers, their covariance, RMS of what is left); `wanted_n`: cell minus models, NaN where it does not count.
 
-    `curves_n` (n, k): errors that the numbers take on and the residuals do not show, one sigma each.
+    `errors_n` (n, k): what the numbers take on and the residuals do not show, one sigma each. The noise is what is
+    left and what the numbers may be wrong by, or they take for theirs what is noise (EM: Bishop, ch. 9.3.4).
     """
     good = np.isfinite(wanted_n) & np.isfinite(design).all(axis=1)
     a, y = design[good], wanted_n[good]
     n_slow = max(round(SLOW_S * rate_hz), 1)
-    variance = float(np.var(y))
-    for _ in range(5):
-        covariance = np.asarray(np.linalg.inv(a.T @ a / variance + known.matrix))
-        mean = np.asarray(covariance @ (a.T @ y / variance + known.vector))
+    levels = max(len(y) // n_slow, 1)
+    slow_a, slow_y = (np.array([part.mean(axis=0) for part in np.array_split(each, levels)]) for each in (a, y))
+    squares, moments = a.T @ a, a.T @ y
+    variance, before = float(np.var(y)), np.inf
+    while abs(variance - before) > SAME * variance:
+        before = variance
+        covariance = np.asarray(np.linalg.inv(squares / variance + known.matrix))
+        mean = np.asarray(covariance @ (moments / variance + known.vector))
         left = y - a @ mean
-        blocks = left[: len(left) // n_slow * n_slow].reshape(-1, n_slow).mean(axis=1)
-        variance = max(float(np.var(left)), n_slow * float(np.mean(blocks**2)), 1.0)
-    taken = covariance @ (a.T @ curves_n[good]) / variance
+        fast = float(np.mean(left**2) + np.sum(squares * covariance) / len(y))
+        slow = float(np.mean((slow_y - slow_a @ mean) ** 2) + np.sum((slow_a @ covariance) * slow_a) / levels)
+        variance = max(fast, n_slow * slow, 1.0)
+    taken = covariance @ (a.T @ errors_n[good]) / variance
     scattered = as_blocks_scatter(covariance, a * left[:, None] / variance, n_slow)
     return mean, scattered + taken @ taken.T, rms(left)
 

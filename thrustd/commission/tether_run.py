@@ -7,29 +7,26 @@ earlier load left in the friction is gone by then (a stop forgets after twice it
 from dataclasses import dataclass
 from math import hypot
 
-import msgspec
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
+from thrustd.commission.tether_models import Rubbing, beyond_n, grown_n, rubbing
 from thrustd.core.calibration import Calibration, bowed
 from thrustd.core.columns import Flags, Floats
-from thrustd.core.config import Mount, section
+from thrustd.core.config import section
 from thrustd.core.errors import RecordingError
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
-from thrustd.model.artifact import ModelSpec
-from thrustd.model.calibrated import calibrated, with_friction
-from thrustd.model.compile import compile_model, rubs
 from thrustd.model.region_error import cells
-from thrustd.mounts.start import at_rest, chords, resting_n
+from thrustd.mounts.start import at_rest, chords
 from thrustd.records.recording import Recording
 
 LEAST_RANGE_N = 1000.0
 FIRST_S = 60.0  # whose median temperature is that of the zeros
 MOVED = 0.5  # of the largest force
-MORE = 0.1  # of friction, of a slope
 NAMES = "gain", "own", "zero", "growth", "bow", "friction", "beyond", "cell", "clock"  # of the numbers, in this order
-POINTS = 101  # of a curve at rest
-KNOTS = 5  # of its error over the load
+KNOTS = 5  # of a curve's error over the load
+SLIPS_N = 1e-9  # less is no friction
 RUNDOWN_S = 20.0  # after shutdown: a turning engine pulls
 
 
@@ -47,9 +44,9 @@ class Run:
     counts: Flags  # (n,) no mount holds what was before
     model_std_n: list[float]  # by mount, without a load: error and friction
     curve_std_n: list[float]  # by mount: error of its model at slow loads
-    warmer_k: Floats  # (n, mounts) than at first; 0 where no thermometer is
+    grown_n: Floats  # (n, mounts) what its model makes of a transducer that grows by 1 mm per kelvin of its mount
     part: Floats  # (n, mounts) of its range that its transducer reads
-    friction_n: Floats  # (n, mounts) of its model
+    rubbing: list[Rubbing]  # by mount
     beyond_n: Floats  # (n, mounts) of a curve as much steeper again beyond its bench; 0 where the mount rests on it
     begins_mm: list[float]  # reading of every mount where its bench begins
     reference_degc: list[float]
@@ -71,23 +68,39 @@ class Run:
 def columns(run: Run, rows: Flags) -> dict[str, Floats]:
     """By NAMES up to `beyond`, (n, engines) or (n, mounts), of the mounts that carry in `rows`."""
     force_n, slope = run.force_n * rows, -run.slope_n_mm * rows
-    grown, bent = (run.by_engine(slope * column) for column in (run.warmer_k, bowed(run.part)))
-    known = run.by_engine(force_n), force_n, slope, grown, bent, run.by_engine(run.friction_n * rows)
+    grown, bent = run.by_engine(-run.grown_n * rows), run.by_engine(slope * bowed(run.part))
+    rubs_n = np.column_stack([one.friction_n for one in run.rubbing])
+    known = run.by_engine(force_n), force_n, slope, grown, bent, run.by_engine(rubs_n * rows)
     return dict(zip(NAMES, (*known, run.beyond_n * rows), strict=False))
 
 
 def curve_errors_n(run: Run) -> Floats:
-    """What the curves of the models may err by, one sigma of each column (n, k), where a slope beyond a bench is asked.
+    """What the curves of the models may err by, one sigma of each column (n, k).
 
-    A slope bends the pull over the load by some 50 N; so does the error of a model, another one at every load.
+    It repeats with the load, another one at every load: a slope beyond a bench bends the pull by some 50 N like it, and
+    what grows with the temperature comes with the load, too.
     """
-    asked = {e for i, e in enumerate(run.engine_of) if run.asks_slope(i)}
-    found = [np.zeros((len(run.runs), 0))]
-    for i in (i for i, e in enumerate(run.engine_of) if e in asked):
-        load_n = np.nan_to_num(run.force_n[:, i])
+    found = []
+    for load_n, runs, std_n in zip(np.nan_to_num(run.force_n).T, run.runs.T, run.curve_std_n, strict=True):
         knots_n = np.linspace(0.0, load_n.max(), KNOTS)
         hats = [np.interp(load_n, knots_n, one) for one in np.eye(KNOTS)[1:]]  # at rest `model_std_n` holds it
-        found.append(run.curve_std_n[i] * np.column_stack(hats) * run.runs[:, [i]])
+        found.append(std_n * np.column_stack(hats) * runs[:, None])
+    return np.hstack(found)
+
+
+def friction_errors_n(run: Run) -> Floats:
+    """What one factor for the friction of an engine does not say, one sigma of each column (n, k).
+
+    Every element of it may differ by as much of itself; all of a mount's together by what is known of its friction.
+    """
+    found = []
+    for e in range(len(run.engines)):
+        mine = [i for i, engine in enumerate(run.engine_of) if engine == e]
+        alone_n = np.hstack([run.rubbing[i].elements_n * run.runs[:, [i]] for i in mine])
+        shares = np.concatenate([run.rubbing[i].slips_n for i in mine])
+        differ = [np.full(len(one.slips_n), one.std) for one in (run.rubbing[i] for i in mine)]
+        common_n = alone_n.sum(axis=1, keepdims=True) * shares / max(shares.sum(), SLIPS_N)
+        found.append((alone_n - common_n) * np.concatenate(differ))
     return np.hstack(found)
 
 
@@ -122,17 +135,16 @@ def read_run(flight: Recording, installation: Installation) -> Run:
     curved = {owner for name, owner in zip(names, owners, strict=True) if known.of(name).read_mm}
     speeds = np.column_stack([flight[f"n1_pct_{engines[owner]}"] for owner in owners])
     runs, stopped, counts = _used(speeds, force_n, settings.engine_off_n1_pct, flight.sample_hz)
-    rubbed = [friction_n(model.spec, mm, flight.sample_hz) for model, mm in zip(models, shown_mm.T, strict=True)]
-    beyond = [
-        beyond_n(installation, mount, mm, flight.sample_hz) for mount, mm in zip(config.mount, shown_mm.T, strict=True)
-    ]
+    seen = list(zip(config.mount, models, shown_mm.T, (warm - first).T, strict=True))
+    rubbed = [rubbing(model.spec, mm, flight.sample_hz, settings.mount_friction_std_n) for _, model, mm, _ in seen]
+    beyond = [beyond_n(installation, mount, mm, flight.sample_hz) for mount, _, mm, _ in seen]
+    grown = [grown_n(model.spec, mm, warmer_k, flight.sample_hz) for _, model, mm, warmer_k in seen]
     return Run(
         mounts=names, engines=engines, engine_of=owners, force_n=force_n, slope_n_mm=np.column_stack(slopes),
         runs=runs, stopped=stopped, counts=counts,
         model_std_n=[hypot(cells(model.spec.error)[2].item(0), settings.mount_friction_std_n) for model in models],
         curve_std_n=[float(np.median(cells(model.spec.error)[2][:, 0])) for model in models],
-        warmer_k=np.nan_to_num(warm - first), part=shown_mm / ranges,
-        friction_n=np.column_stack(rubbed), beyond_n=np.column_stack(beyond),
+        grown_n=np.column_stack(grown), part=shown_mm / ranges, rubbing=rubbed, beyond_n=np.column_stack(beyond),
         begins_mm=[model.spec.valid.deformation_mm[0] for model in models], reference_degc=first, range_mm=ranges,
         straight=[e in curved for e in range(len(engines))],
         line_stds=[known.of(name).line_stds(mm) for name, mm in zip(names, ranges, strict=True)],
@@ -140,46 +152,18 @@ def read_run(flight: Recording, installation: Installation) -> Run:
     )  # fmt: skip
 
 
-def friction_n(spec: ModelSpec, shown_mm: Floats, rate_hz: float) -> Floats:
-    """What a model's friction adds (n,) along readings that begin at rest."""
-    good = np.isfinite(shown_mm)
-    row = np.arange(len(shown_mm))
-    mm = np.interp(row, row[good], shown_mm[good])
-    mm -= mm[0]
-    own = msgspec.structs.replace(spec, effects=[one for one in spec.effects if rubs(one)])
-    runs = []
-    for factor in (1.0, 1.0 + MORE):
-        model = compile_model(with_friction(own, factor), rate_hz)
-        inputs, out = np.tile(mm[:, None], (1, len(model.channels) - 1)), mm.copy()
-        model.run(model.start(np.zeros(len(model.channels))), inputs, out)
-        runs.append(out)
-    more_n = (runs[1] - runs[0]) / MORE
-    return np.asarray(more_n - more_n[0])  # what holds the weight is in the zero
-
-
-def beyond_n(installation: Installation, mount: Mount, shown_mm: Floats, rate_hz: float) -> Floats:
-    """Force (n,) per part by which the curve is steeper beyond its bench, where the weight holds the mount out there.
-
-    It rests elsewhere on its curve then, with no more force: nothing at rest, most from where its bench begins.
-    """
-    place, spec = installation.place(mount.name), installation.bench_model(mount)
-    grid_mm, known = np.linspace(np.nanmin(shown_mm), np.nanmax(shown_mm), POINTS), place.calibration
-    rests = []
-    for factor in (1.0, 1.0 + MORE):
-        steeper = msgspec.structs.replace(known, beyond=known.beyond * factor)
-        model = compile_model(calibrated(spec, place._replace(calibration=steeper), mount.model), rate_hz)
-        if model.spec.valid.deformation_mm[0] <= 0.0:
-            return np.zeros(len(shown_mm))
-        row = at_rest(model, {})
-        rests.append(np.array([resting_n(model, row(mm)) for mm in grid_mm.tolist()]))
-    return np.asarray(np.interp(shown_mm, grid_mm, (rests[1] - rests[0]) / MORE))
-
-
 def _warm(flight: Recording, names: list[str]) -> tuple[Floats, list[float]]:
-    """Temperature of the mounts (n, mounts), and what it was at first; 0 where no thermometer is."""
-    warm = [flight.channels.get(f"temperature_degC_{name}", np.zeros(len(flight))) for name in names]
-    measured = [each[np.isfinite(each)][: max(round(FIRST_S * flight.sample_hz), 1)] for each in warm]
-    return np.column_stack(warm), [float(np.median(each)) if len(each) else 0.0 for each in measured]
+    """Temperature of the mounts (n, mounts), means of FIRST_S, and what it was at first; 0 where no thermometer is."""
+    row, found, n = np.arange(len(flight)), [], max(round(FIRST_S * flight.sample_hz), 1)
+    first = [0.0] * len(names)
+    for i, name in enumerate(names):
+        shown = flight.channels.get(f"temperature_degC_{name}", np.full(len(flight), np.nan))
+        good = np.isfinite(shown)
+        if good.any():
+            first[i] = float(np.median(shown[good][:n]))
+            shown = uniform_filter1d(np.interp(row, row[good], shown[good]), n, mode="nearest")
+        found.append(np.nan_to_num(shown))
+    return np.column_stack(found), first
 
 
 def _used(n1_pct: Floats, force_n: Floats, off_pct: float, rate_hz: float) -> tuple[Flags, Flags, Flags]:

@@ -153,7 +153,7 @@ class _Highest(NamedTuple):
 
     model_n: float
     numbers_n: Floats  # (n,) what a number of the regression makes of it
-    line_n: float  # what scale and bow of its transducer may make of it, one sigma: wherever a bow is largest
+    line_n: float  # what a bow of its transducer may make of it, one sigma, wherever that is largest
 
 
 def _highest(run: Run, mount: int) -> _Highest:
@@ -162,9 +162,7 @@ def _highest(run: Run, mount: int) -> _Highest:
     alone = np.zeros_like(run.runs)
     alone[at, mount] = True
     row = np.nan_to_num(np.column_stack(list(columns(run, alone).values()))[at])
-    scale_std, bow_mm = run.line_stds[mount]
-    line_mm = hypot(scale_std * float(run.part[at, mount]) * run.range_mm[mount], bow_mm)
-    line_n = abs(float(run.slope_n_mm[at, mount])) * line_mm
+    line_n = abs(float(run.slope_n_mm[at, mount])) * run.line_stds[mount][1]
     return _Highest(float(model_n[at]), np.append(row, [0.0, 0.0]), line_n)  # nothing of the cell's zero and clock
 
 

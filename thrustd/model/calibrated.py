@@ -72,10 +72,28 @@ def with_friction(spec: ModelSpec, factor: float) -> ModelSpec:
     return msgspec.structs.replace(spec, effects=[_yields(one, factor) if rubs(one) else one for one in spec.effects])
 
 
+def each_more(spec: ModelSpec, factor: float) -> list[tuple[float, ModelSpec]]:
+    """Every force of its friction, N, and the model in which that one alone is so much of itself."""
+    found = []
+    for place, present in enumerate(spec.effects):
+        for name in _forces(present) if rubs(present) else ():
+            more = msgspec.structs.replace(
+                present, parameters=present.parameters | {name: factor * present.parameters[name]}
+            )
+            effects = [*spec.effects[:place], more, *spec.effects[place + 1 :]]
+            found.append((present.parameters[name], msgspec.structs.replace(spec, effects=effects)))
+    return found
+
+
 def _yields(present: EffectSpec, factor: float) -> EffectSpec:
-    forces = {p.name for p in effect_named(present.name).parameters if p.unit == "N"}
-    moved = {name: factor * value if name in forces else value for name, value in present.parameters.items()}
-    return msgspec.structs.replace(present, parameters=moved)
+    moved = {name: factor * present.parameters[name] for name in _forces(present)}
+    return msgspec.structs.replace(present, parameters=present.parameters | moved)
+
+
+def _forces(present: EffectSpec) -> list[str]:
+    """Its parameters that are forces, and there."""
+    forces = [p.name for p in effect_named(present.name).parameters if p.unit == "N"]
+    return [name for name in forces if present.parameters.get(name, 0.0) != 0.0]
 
 
 def _under_weight(spec: ModelSpec, place: MountPlace) -> ModelSpec:
