@@ -43,7 +43,7 @@ EFFECT = Effect(
         Parameter("sharpness", "-", neutral=2.0, low=0.5, high=20.0, starts=(2.0,),
                   meaning="how suddenly it turns over", amplitude=False, e_folds=1.5),
         Parameter("filter_s", "s", neutral=0.05, low=1e-4, high=10.0, starts=(0.05,),
-                  meaning="low-pass of the rate", amplitude=False),
+                  meaning="low-pass of the rate", amplitude=False, e_folds=5.0),
     ),
     step=step,
     prepare=prepare,
