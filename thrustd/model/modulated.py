@@ -1,7 +1,7 @@
 """An effect whose strength follows a channel: `hysteresis by voltage_V` is friction that grows with a voltage.
 
-    v_out = v + s (effect(v) - v),    s = r + (1 - r) max((late - absent_at) / (full_at - absent_at), 0)^channel_exponent,
-    channel_late_s late' + late = channel,    r = channel_rest
+    v_out = v + s (effect(v) - v),    s = r + (1 - r) max((late - absent_at) / (full_at - absent_at), 0)^n,
+    channel_late_s late' + late = channel,    n = channel_exponent,    r = channel_rest
 
 A damper with a coil, a joint whose preload is measured, a seal under pressure: the law is known, its size follows
 something that was recorded. `full_at` below `absent_at` is one that fades as the channel grows. The effect keeps its
@@ -12,8 +12,8 @@ has some of it without current: a rest).
 What grows with the channel may be the whole law, or its level alone: a fluid that yields at a higher stress flows no
 stiffer below it. So a law of the motion that has a scale of its own (of travel, of rate) reads the motion in units of
 s^channel_level: at 0 all of it is multiplied, at 1 its slope at small motions stays and the level that it turns over to
-follows the channel (a pre-yield slope that no field changes: Stanway, Sproston & El-Wahed, Smart Mater. Struct. 5 (1996)
-464), between them both do.
+follows the channel (a slope below the yield that no field changes: Stanway, Sproston & El-Wahed, Smart Mater. Struct.
+5 (1996) 464), between them both do.
 """
 
 from collections.abc import Mapping

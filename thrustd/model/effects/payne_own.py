@@ -2,8 +2,8 @@
 
     w = f(x) (1 - softening * p),    p = (A / A_c)^(2m) / (1 + (A / A_c)^(2m)),    A = sqrt(2 <(x - x_slow)^2>)
 
-Kraus' law as in `payne`, of which this is a variant, by the amplitude itself: x_slow is the deformation low-passed with
-slow_s, < > an exponential mean that follows within breakdown_s where it rises and within recovery_s where it falls: of one
+Kraus' law as in `payne`, of which this is a variant, by the amplitude itself. x_slow is the deformation low-passed with
+slow_s, < > an exponential mean that follows within breakdown_s where it rises, within recovery_s where it falls: of one
 time for both it is the mean square, and A a sine's amplitude; where the network breaks at once and heals slowly, A is
 nearer to the peaks. A step of the load counts until x_slow has followed. In front of the relaxation: what relaxes is
 softened, friction beside it is not. Needs no channel; begins at rest. Left out: the loss that grows with A, a spectrum
@@ -23,7 +23,7 @@ from thrustd.model.stage import Floats, jit
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     x[0] += c[3] * (u[0] - x[0])
-    square = (u[0] - x[0]) ** 2
+    square = (u[0] - x[0]) * (u[0] - x[0])
     x[1] += (c[4] if square > x[1] else c[5]) * (square - x[1])
     broken = (math.sqrt(2.0 * x[1]) / c[1]) ** c[2]
     return v * (1.0 - c[0] * (broken / (1.0 + broken)))
