@@ -48,6 +48,32 @@ def test_a_channel_that_is_there_from_the_beginning_was_there_before():
     np.testing.assert_allclose(by, run("hysteresis", FRICTION, {"deformation_mm": D}))
 
 
+def test_some_of_it_is_there_without_the_channel():
+    plain = run("hysteresis", FRICTION, {"deformation_mm": D})
+    rest = FRICTION | {"full_at": 4.0, "channel_rest": 0.25}
+    by = run("hysteresis by voltage_V", rest, {"deformation_mm": D, "voltage_V": VOLTAGE})
+    np.testing.assert_allclose(by, plain * (0.25 + 0.75 * VOLTAGE / 4.0))
+
+
+@pytest.mark.parametrize(("level", "slope", "most"), [(0.0, 0.5, 0.5), (1.0, 1.0, 0.5), (0.5, 0.5**0.5, 0.5)])
+def test_its_level_alone_may_follow(level: float, slope: float, most: float):
+    """Half the voltage: half the largest force, and of the slope at small rates as much as is no level."""
+    law = {"damping_n_s_mm": 100.0, "saturates_mm_s": 1.0, "sharpness": 8.0, "filter_s": 0.05}
+    by = law | {"full_at": 4.0, "channel_level": level}
+    half = np.full(N, 2.0)
+    for rate, expected in ((0.01, slope), (100.0, most)):
+        d = rate * DT_S * np.arange(N)
+        plain = run("viscous_damping_saturating", law, {"deformation_mm": d})
+        found = run("viscous_damping_saturating by voltage_V", by, {"deformation_mm": d, "voltage_V": half})
+        assert found[-1] == pytest.approx(expected * plain[-1], rel=1e-3)
+
+
+def test_a_law_without_a_scale_has_no_level():
+    assert "channel_level" in effect_named("hysteresis_coulomb by voltage_V").neutral()
+    assert "channel_level" not in effect_named("viscous_damping by voltage_V").neutral()
+    assert "channel_level" not in effect_named("payne_own by voltage_V").neutral()
+
+
 def test_neutral_is_identity():
     effect = effect_named("viscous_damping by voltage_V")
     v = 5000.0 * D
@@ -62,8 +88,9 @@ def test_a_variant_goes_by_its_own_word():
 
 def test_two_of_them_are_two_functions_of_c():
     library = Library("m")
-    names = [library.add(effect_named(f"{law} by voltage_V").step) for law in ("hysteresis", "viscous_damping")]
-    assert len(set(names)) == 2 and all(name in library.text() for name in names)
+    laws = "hysteresis", "viscous_damping", "viscous_damping_saturating"  # with a level of its own, and without
+    names = [library.add(effect_named(f"{law} by voltage_V").step) for law in laws]
+    assert len(set(names)) == 3 and all(name in library.text() for name in names)
 
 
 def test_a_law_that_is_none():

@@ -1,12 +1,19 @@
 """An effect whose strength follows a channel: `hysteresis by voltage_V` is friction that grows with a voltage.
 
-    v_out = v + s (effect(v) - v),    s = max((late - absent_at) / (full_at - absent_at), 0)^channel_exponent,
-    channel_late_s late' + late = channel
+    v_out = v + s (effect(v) - v),    s = r + (1 - r) max((late - absent_at) / (full_at - absent_at), 0)^n,
+    channel_late_s late' + late = channel,    n = channel_exponent,    r = channel_rest
 
 A damper with a coil, a joint whose preload is measured, a seal under pressure: the law is known, its size follows
 something that was recorded. `full_at` below `absent_at` is one that fades as the channel grows. The effect keeps its
 memory whatever s is, and its sign: what resists motion does so at every s. The channel acts late (the current of a coil
-behind its voltage, a seal that fills), and not in proportion (a magnet that saturates: exponent below 1).
+behind its voltage, a seal that fills), and not in proportion (a magnet that saturates: exponent below 1; a damper that
+has some of it without current: a rest).
+
+What grows with the channel may be the whole law, or its level alone: a fluid that yields at a higher stress flows no
+stiffer below it. So a law of the motion that has a scale of its own (of travel, of rate) reads the motion in units of
+s^channel_level: at 0 all of it is multiplied, at 1 its slope at small motions stays and the level that it turns over to
+follows the channel (a slope below the yield that no field changes: Stanway, Sproston & El-Wahed, Smart Mater. Struct.
+5 (1996) 464), between them both do.
 """
 
 from collections.abc import Mapping
@@ -18,10 +25,12 @@ from typing import Any
 import numpy as np
 
 from thrustd.model.effect import Effect, Parameter
-from thrustd.model.stage import Floats, jit
+from thrustd.model.stage import DEFORMATION, Floats, jit
 
 BY = " by "
-LATE, POWER = "channel_late_s", "channel_exponent"
+LATE, POWER, REST, LEVEL = "channel_late_s", "channel_exponent", "channel_rest", "channel_level"
+LEAST = 0.01  # of the law: from there down its motion is no further stretched
+SCALES = "mm", "mm/s"  # units of a shape that is a scale of the motion
 ENDS = "absent_at", "full_at"  # values of the channel where nothing of it is there, where the amplitudes hold
 
 
@@ -33,13 +42,32 @@ def _inner(x: Floats, c: Floats, u: Floats, v: float) -> float:
 
 def _step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     x[0] = u[0] + c[2] * (x[0] - u[0])
-    share = max((x[0] - c[0]) * c[1], 0.0) ** c[3]
-    return v + share * (_inner(x[1:], c[4:], u[1:], v) - v)
+    share = c[4] + (1.0 - c[4]) * max((x[0] - c[0]) * c[1], 0.0) ** c[3]
+    return v + share * (_inner(x[1:], c[5:], u[1:], v) - v)
 
 
 def _initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
     x[0] = u[0]
-    _inner(x[1:], c[4:], u[1:], v)
+    _inner(x[1:], c[5:], u[1:], v)
+
+
+def _level_step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    x[0] = u[0] + c[2] * (x[0] - u[0])
+    share = c[4] + (1.0 - c[4]) * max((x[0] - c[0]) * c[1], 0.0) ** c[3]
+    x[2] += (u[1] - x[1]) * (max(share, c[6]) ** c[5] - 1.0)
+    x[1], x[3] = u[1], u[1] + x[2]
+    return v + share * (_inner(x[4:], c[7:], x[3:], v) - v)
+
+
+def _level_initial(x: Floats, c: Floats, u: Floats, v: float) -> None:
+    x[0], x[1], x[3] = u[0], u[1], u[1]
+    _inner(x[4:], c[7:], u[1:], v)
+
+
+LEVEL_ALONE = Parameter(
+    LEVEL, "", 0.0, 0.0, 1.0, (0.0,), "1: the level alone follows the channel, 0: all of the law",
+    amplitude=False, spread=0.5,
+)  # fmt: skip
 
 
 def modulated(effect: Effect, channel: str) -> Effect:
@@ -47,8 +75,16 @@ def modulated(effect: Effect, channel: str) -> Effect:
     return _modulated(effect.name, channel, effect)
 
 
+def levelled(effect: Effect) -> bool:
+    """Whether it is a law of the motion alone that has a scale of its own."""
+    scales = (p.unit in SCALES and p.estimate and not p.amplitude for p in effect.parameters)
+    return effect.site == "force" and effect.channels == (DEFORMATION,) and any(scales)
+
+
 @cache
 def _modulated(name: str, channel: str, effect: Effect) -> Effect:
+    level = levelled(effect)
+    step, initial, own = (_level_step, _level_initial, 4) if level else (_step, _initial, 1)
     return replace(
         effect,
         name=f"{name}{BY}{channel}",
@@ -60,13 +96,15 @@ def _modulated(name: str, channel: str, effect: Effect) -> Effect:
             _end(ENDS[1], 1.0, "channel at which the amplitudes hold"),
             Parameter(LATE, "s", 0.0, 0.0, 100.0, (0.0,), "by which the channel acts late", amplitude=False),
             Parameter(POWER, "", 1.0, 0.1, 10.0, (1.0,), "power of the channel", amplitude=False, e_folds=1.0),
+            Parameter(REST, "", 0.0, 0.0, 1.0, (0.0,), "share that is there without the channel", amplitude=False),
+            *([LEVEL_ALONE] if level else []),
         ),
-        step=jit(_around(_step, effect.step)),
+        step=jit(_around(step, effect.step)),
         prepare=partial(_prepare, effect),
-        n_state=effect.n_state + 1,
-        initial=_around(_initial, effect.initial if effect.initial is not None else _inner),
+        n_state=effect.n_state + own,
+        initial=_around(initial, effect.initial if effect.initial is not None else _inner),
         variant_of=f"{effect.word}{BY}{channel}" if effect.variant_of else "",
-        equation=f"{effect.equation}, times max(({channel} - a) / (b - a), 0)^n",
+        equation=f"{effect.equation}, times r + (1 - r) max(({channel} - a) / (b - a), 0)^n",
         lags=None,
         elements=None,
         ahead="",
@@ -89,7 +127,8 @@ def _around(outer: Any, inner: Any) -> Any:
 def _prepare(effect: Effect, p: Mapping[str, float], dt_s: float) -> Floats:
     absent, full = (p[end] for end in ENDS)
     slope = 1.0 / (full - absent) if full != absent else 0.0
-    own = absent, slope, late_decay(p[LATE], dt_s), p[POWER]
+    own = [absent, slope, late_decay(p[LATE], dt_s), p[POWER], p[REST]]
+    own += [-p[LEVEL], LEAST] if levelled(effect) else []
     return np.concatenate((own, effect.constants(p, dt_s)))
 
 

@@ -6,7 +6,7 @@ import pytest
 from thrustd.model.effects.viscous_damping_saturating import EFFECT
 
 DT_S = 0.001
-LAW = {"damping_n_s_mm": 400.0, "saturates_mm_s": 0.5, "filter_s": 0.005}
+LAW = {"damping_n_s_mm": 400.0, "saturates_mm_s": 0.5, "sharpness": 2.5, "filter_s": 0.005}
 
 
 @pytest.mark.parametrize(("rate_mm_s", "expected_n"), [(0.01, 4.0), (-0.01, -4.0), (20.0, 200.0), (-20.0, -200.0)])

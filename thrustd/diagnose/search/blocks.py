@@ -13,7 +13,7 @@ from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
-from thrustd.identify.regression.bounds import bounded, inverse
+from thrustd.identify.regression.bounds import bounded, inverse, within_reach
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
@@ -100,12 +100,19 @@ def held_back(found: Solution, blocks: Blocks, prior: Known) -> Floats:
     vector = found.point.vector(found.shape)
     groups = prior_of(found.shape, found.precisions)
     matrix, pull = groups + prior.information(vector), groups @ vector - prior.downhill(vector)
-    squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive())
+    reach = found.shape.reach(vector)  # what a bound holds, or a prior, is held on any part of the records
+    squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive(), reach)
     return squares / np.maximum(blocks.size, 1.0)
 
 
 def held_back_squares(
-    blocks: Blocks, vector: Floats, prior: Floats, pull: Floats, noise: float, positive: Flags
+    blocks: Blocks,
+    vector: Floats,
+    prior: Floats,
+    pull: Floats,
+    noise: float,
+    positive: Flags,
+    reach: tuple[Floats, Floats] | None = None,
 ) -> Floats:
     """Sum of squares per block, by the linearisation at `vector`; pull: gradient of the prior there."""
     squares = np.empty(len(blocks.size))
@@ -115,7 +122,11 @@ def held_back_squares(
         matrix, towards = blocks.matrix[mine], blocks.right[mine]
         information = (whole - matrix.sum(axis=0)) / noise + prior
         gradient = (right - towards.sum(axis=0)) / noise - pull
-        new, _ = bounded(information, gradient + information @ vector, positive)
+        towards_it = gradient + information @ vector
+        if reach is None:
+            new, _ = bounded(information, towards_it, positive)
+        else:
+            new, _ = within_reach(information, towards_it, positive, reach)
         step = new - vector
         squares[mine] = blocks.squares[mine] - 2 * towards @ step + matrix @ step @ step
     return np.maximum(squares, 0.0)

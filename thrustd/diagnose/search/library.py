@@ -40,7 +40,7 @@ from thrustd.model.free_curve import (
     product,
     quoted,
 )
-from thrustd.model.modulated import BY, ENDS, LATE, late_decay, modulated
+from thrustd.model.modulated import BY, ENDS, LATE, LEVEL, REST, late_decay, modulated
 from thrustd.model.stage import DEFORMATION, Floats
 
 RATE_MM_S = 0.015  # of such a mount while it moves
@@ -51,6 +51,8 @@ GAIN = 0.1  # of one that multiplies the force
 RUBBER = "rubber"
 REFERENCE = "reference_degc"
 LATE_SAMPLES = 0, 3, 10, 30, 100  # where the lateness of a channel begins
+WITHOUT = 0.1  # of a law that follows a channel: where the share begins that is there without it
+BOTH = 0.5  # where it begins between a law that grows as a whole and one whose level grows
 CONTAINED = (
     "hysteresis_prandtl_ishlinskii",  # by `hysteresis_stops`
     "thermal_expansion_body",  # nearly, by two nodes of heat: `plain` chooses between them
@@ -258,12 +260,14 @@ def modulations(law: Term, rig: Rig, records: Sequence[Record]) -> Iterator[tupl
     for (name, ends), late_s in itertools.product(rig.ends.items(), rig.late_s):
         columns = [_late(record.channels[name], late_s, record.dt_s) for record in records]
         for absent, full in (ends, ends[::-1]) if ends[1] > ends[0] else ():
-            share = [np.maximum((column - absent) / (full - absent), 0.0) for column in columns]
+            there = [np.maximum((column - absent) / (full - absent), 0.0) for column in columns]
+            share = [WITHOUT + (1.0 - WITHOUT) * each for each in there]
             yield _by(law, modulated(law.effect, name), (absent, full), late_s), share
 
 
 def _by(law: Term, effect: Effect, ends: tuple[float, ...], late_s: float) -> Term:
-    own = dict(zip((*ENDS, LATE), (*ends, late_s), strict=True))
+    own = dict(zip((*ENDS, LATE, REST), (*ends, late_s, WITHOUT), strict=True))
+    own |= {p.name: BOTH for p in effect.parameters if p.name == LEVEL}
     return replace(law, effect=effect, fixed={**effect.neutral(), **law.fixed, **own})
 
 
