@@ -54,6 +54,11 @@ def unheard(looked: Iterable[Looked], tried: Sequence[Joint]) -> list[Looked]:
     return list(found.values())
 
 
-def beaten(base: Base, one: Looked, fits: Iterable[Joint]) -> bool:
-    """Whether a set reached the floor and this one's look leaves so much that something else would be missing."""
-    return any(at_floor(fit, base) and over(one.leaves, fit, base) > SHOWS for fit in fits)
+def hopeful(base: Base, looked: Iterable[Looked], best: Joint | None, fits: Sequence[Joint]) -> list[Looked]:
+    """Without those whose look leaves more than the best smaller set did: such a set says less with more.
+
+    Nor, behind one of `fits` at the floor, those that leave so much that something else would be missing.
+    """
+    gains = [one for one in looked if best is None or not best.terms or one.leaves < best.mse]
+    done = [fit for fit in fits if at_floor(fit, base)]
+    return [one for one in gains if not any(over(one.leaves, fit, base) > SHOWS for fit in done)]
