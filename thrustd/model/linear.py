@@ -12,6 +12,8 @@ a = exp(p T) (Franklin, Powell & Workman, Digital Control of Dynamic Systems, 3r
     zoh: s[k] = a s[k-1] + (1 - a) w[k-1]
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from thrustd.model.stage import Floats, Stage, jit
@@ -46,6 +48,7 @@ def _at_rest(x: Floats, c: Floats, u: Floats, v: float) -> None:
         x[2 + 2 * i] = 0.0 if complex_pair else v
 
 
+@lru_cache(4096)
 def discretise_mode(pole: complex, dt_s: float, hold: str) -> tuple[complex, complex, complex]:
     """(a, b0, b1) of one mode with unit DC gain; pole in 1/s, Re(pole) < 0."""
     a = np.exp(pole * dt_s)

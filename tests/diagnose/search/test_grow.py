@@ -3,13 +3,20 @@
 from types import SimpleNamespace
 
 from thrustd.diagnose.search.grow import unheard
+from thrustd.diagnose.search.screen import Looked
 
 
-def _look(word: str, removes: float) -> SimpleNamespace:
-    return SimpleNamespace(term=SimpleNamespace(effect=SimpleNamespace(word=word)), removes=removes)
+def _look(word: str, mse: float, averaged: float = 0.0) -> Looked:
+    return Looked(SimpleNamespace(effect=SimpleNamespace(word=word)), mse, 1.0, averaged)
 
 
 def test_an_effect_that_looks_as_good_as_the_best_estimated_is_heard_once():
-    member, tried = SimpleNamespace(mse=1.0), [SimpleNamespace(mse=0.04, words=("ageing",))]
-    drift, worse, other = _look("sensor_drift", 0.97), _look("sensor_drift", 0.965), _look("payne", 0.9)
-    assert unheard([_look("ageing", 0.98), drift, worse, other], member, tried) == [drift]
+    tried = [SimpleNamespace(mse=0.04, words=("ageing",))]
+    drift, worse, other = _look("sensor_drift", 0.03), _look("sensor_drift", 0.035), _look("payne", 0.1)
+    assert unheard([_look("ageing", 0.02), drift, worse, other], tried) == [drift]
+
+
+def test_the_noise_that_a_look_averages_out_is_no_merit_of_an_effect():
+    tried = [SimpleNamespace(mse=0.1, words=("ageing",))]
+    hopeless, hopeful = _look("sensor_drift", 0.05, averaged=0.07), _look("payne", 0.02, averaged=0.07)
+    assert unheard([hopeless, hopeful], tried) == [hopeful]

@@ -219,8 +219,7 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
 def _other(base: Base, looked: Looked, fit: Joint | None, ranked: Ranked, best: Joint) -> CandidateReport:
     """An effect alone: estimated whole, or as the linear look saw it, which is no better than the best estimated."""
     scale, nothing = base.scale, ranked.nothing
-    linear = nothing.mse - max(looked.removes, 0.0) * max(nothing.mse - ranked.tremble, 0.0)
-    mse = fit.mse + ranked.tremble if fit is not None else max(linear, left(best, base))
+    mse = fit.mse + ranked.tremble if fit else max(looked.leaves + ranked.tremble, left(best, base))
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
     was, after = (scale * float(np.sqrt(each)) for each in (before(nothing, base), min(mse, before(nothing, base))))

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.floor import SHOWS, at_floor, over
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
 from thrustd.diagnose.search.screen import Looked, probed, screened, table_of
 from thrustd.identify.regression.record import Record
@@ -40,7 +41,7 @@ def begin_at(term: Term) -> list[float]:
     return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
 
 
-def unheard(looked: Iterable[Looked], member: Joint, tried: Sequence[Joint]) -> list[Looked]:
+def unheard(looked: Iterable[Looked], tried: Sequence[Joint]) -> list[Looked]:
     """Other effects that leave as little at a linear look as the best estimated: none of them loses by its place.
 
     Where many laws explain everything, as they do a thing that settles once, a look does not say whose turn it is.
@@ -48,6 +49,16 @@ def unheard(looked: Iterable[Looked], member: Joint, tried: Sequence[Joint]) -> 
     least, words = min(fit.mse for fit in tried), {word for fit in tried for word in fit.words}
     found: dict[str, Looked] = {}
     for one in looked:
-        if one.term.effect.word not in words and (1.0 - one.removes) * member.mse <= least:
+        if one.term.effect.word not in words and one.leaves <= least:
             found.setdefault(one.term.effect.word, one)
     return list(found.values())
+
+
+def hopeful(base: Base, looked: Iterable[Looked], best: Joint | None, fits: Sequence[Joint]) -> list[Looked]:
+    """Without those whose look leaves more than the best smaller set did: such a set says less with more.
+
+    Nor, behind one of `fits` at the floor, those that leave so much that something else would be missing.
+    """
+    gains = [one for one in looked if best is None or not best.terms or one.leaves < best.mse]
+    done = [fit for fit in fits if at_floor(fit, base)]
+    return [one for one in gains if not any(over(one.leaves, fit, base) > SHOWS for fit in done)]

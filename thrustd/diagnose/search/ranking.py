@@ -14,7 +14,7 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, estimated, followed
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, hardly_anything, left
-from thrustd.diagnose.search.grow import begin_at, grown, joined, seen_beside, unheard
+from thrustd.diagnose.search.grow import begin_at, grown, hopeful, joined, seen_beside, unheard
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved
 from thrustd.diagnose.search.library import Rig, curve_sigma, laws, terms_of
 from thrustd.diagnose.search.screen import (
@@ -136,11 +136,11 @@ def grown_from(
     for member in beam:
         seen = seen_beside(base, member, looks.terms, member.words) if member.terms else looks.looked
         own: list[Joint] = []
-        for one in leading(seen, most=most):
+        for one in hopeful(base, leading(seen, most=most), best, found):
             tell(one.term.effect.word)
             own.append(grown(base, records, member, one))
         if any(stands(best, fit) for fit in own):
-            own += [grown(base, records, member, one) for one in unheard(seen, member, own)]
+            own += [grown(base, records, member, one) for one in unheard(seen, own)]
         found += own
     if not best.terms and not any(stands(best, fit) for fit in found):  # together they may say what none says alone
         helped = any(gained(best, fit) for fit in found)
@@ -209,7 +209,7 @@ def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, 
     for rest in [_without(best, member) for member in best.terms]:
         seen = leading(seen_beside(base, rest, looks.terms, best.words))
         new = [one for one in seen if _laws((*rest.terms, one.term)) not in tried]
-        found += [joined(base, records, rest, one) for one in new]
+        found += [joined(base, records, rest, one) for one in hopeful(base, new, None, [best])]
     return found
 
 

@@ -43,6 +43,7 @@ class Table:
     prior: Floats  # (p, p) information of the core, and how it pulls (p,)
     pull: Floats
     records: Sequence[Record]
+    averaged: float  # mean square that the means leave out: nothing of it is seen here
 
     def mse(self) -> float:
         """Mean square on held-back blocks as it is."""
@@ -88,11 +89,13 @@ def table_of(base: Base, fit: Joint, *, still: bool = False) -> Table:
     records = fit.records
     width = max(1, -(-sum(len(record.known) for record in records) // ROWS))
     shape, point = fit.solution.shape, fit.solution.point
-    gradients, residuals = [], []
+    gradients, residuals, squares = [], [], 0.0
     for record in records:
         parts_of = [(rows.copy(), missed) for _, rows, missed in columns(shape, point, record)]
         gradients.append(means(np.concatenate([rows for rows, _ in parts_of]), width))
-        residuals.append(means(np.concatenate([missed for _, missed in parts_of]), width))
+        missed = np.concatenate([missed for _, missed in parts_of])
+        residuals.append(means(missed, width))
+        squares += float(np.sum(missed[: len(residuals[-1]) * width] ** 2)) / width
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
     block = np.arange(len(residual)) * BLOCKS // len(residual)
     parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))
@@ -103,7 +106,8 @@ def table_of(base: Base, fit: Joint, *, still: bool = False) -> Table:
         groups[held, held] = HOLDS
     before = prior_from(base, shape)
     prior, pull = groups + before.information(vector), groups @ vector - before.downhill(vector)
-    return Table(gradient, residual, parts, _blocks(gradient, residual, parts), width, fit, prior, pull, records)
+    blocks, averaged = _blocks(gradient, residual, parts), (squares - float(residual @ residual)) / len(residual)
+    return Table(gradient, residual, parts, blocks, width, fit, prior, pull, records, averaged)
 
 
 def means(table: Floats, width: int) -> Floats:
@@ -120,6 +124,12 @@ class Looked:
     term: Term
     mse: float
     before: float  # without it
+    averaged: float  # beside either, see `Table`
+
+    @property
+    def leaves(self) -> float:
+        """Mean square of single samples."""
+        return self.mse + self.averaged
 
     @property
     def removes(self) -> float:
@@ -151,7 +161,7 @@ def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
     for one in probes:
         sizes = SIZES if one.columns.shape[1] >= SPECTRUM else SIZES[:1]
         mse = min(table.squares(size * one.columns, one.positive) for size in sizes)
-        found.append(Looked(one.term, mse, before))
+        found.append(Looked(one.term, mse, before, table.averaged))
     return sorted(found, key=lambda looked: looked.mse)
 
 
@@ -187,7 +197,8 @@ def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[L
             if term.effect.word not in there:
                 known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
                 thin = [means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
-                found.append(Looked(term, table.squares(np.concatenate(thin), positive), before))
+                mse = table.squares(np.concatenate(thin), positive)
+                found.append(Looked(term, mse, before, table.averaged))
     return sorted(found, key=lambda looked: looked.mse)
 
 

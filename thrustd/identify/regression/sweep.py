@@ -115,12 +115,15 @@ def columns(shape: Shape, point: Point, record: Record) -> Iterator[tuple[Indice
         output = out + point.offset
         if whole is not None:
             output = output + whole.inside[part]
-            rows[:, where["terms"]] = whole.columns[part] + whole.turning[part] * output[:, None]
+            rows[:, where["terms"]] = whole.columns[part]
             if len(branched):
                 through = derivatives[:, first : shape.f_grid.n + n_lags] @ branched
                 rows[:, where["terms"]] += whole.gain[part, None] * through
-            rows[:, : where["offset"].stop] *= whole.gain[part, None]
-            output = whole.gain[part] * output + whole.force[part]
+            if whole.turns:
+                rows[:, where["terms"]] += whole.turning[part] * output[:, None]
+                rows[:, : where["offset"].stop] *= whole.gain[part, None]
+                output = whole.gain[part] * output
+            output = output + whole.force[part]
         output += rubbed @ point.stops
         if shape.begun:
             rows[:, where["begin"]] = fading(shape, point, core, record, places, slopes)
@@ -136,15 +139,14 @@ class _Whole:
     gain: Floats  # (k,) by which they multiply the core
     columns: Floats  # (k, n_terms)
     turning: Floats  # (k, n_terms) to be multiplied by the core
+    turns: bool  # any gain is not 1 for good
 
 
 def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whole:
     known, parts = record.known, list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
-    size = len(known), len(point.terms)
-    found, at = (
-        _Whole(np.zeros(len(known)), np.zeros(len(known)), gain_of(parts, seen, known), np.zeros(size), np.zeros(size)),
-        0,
-    )
+    n, size, at = len(known), (len(known), len(point.terms)), 0
+    gain, turns = gain_of(parts, seen, known), any(term.effect.site == "gain" for term in shape.terms)
+    found = _Whole(np.zeros(n), np.zeros(n), gain, np.zeros(size), np.zeros(size), turns)
     for term, own in parts:
         part = slice(at, at + len(own))
         at = part.stop

@@ -6,9 +6,9 @@ regression as the curves do, with columns from differences of whole free runs: a
 goes through the curve and the relaxation.
 """
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -43,10 +43,13 @@ class Term:
     known: bool = False
     sized: bool = False
     free: tuple[Parameter, ...] = field(init=False, repr=False, compare=False)  # what is estimated
+    straight: tuple[bool, ...] = field(init=False, repr=False, compare=False)  # it goes in proportion to that number
 
     def __post_init__(self) -> None:
-        free = (p for p in self.effect.parameters if p.estimate and (p.amplitude or self._moves(p)))
-        object.__setattr__(self, "free", tuple(free))
+        free = tuple(p for p in self.effect.parameters if p.estimate and (p.amplitude or self._moves(p)))
+        written = self.effect.name.startswith(PREFIX)
+        object.__setattr__(self, "free", free)
+        object.__setattr__(self, "straight", tuple(p.amplitude and not written for p in free))
 
     def _moves(self, p: Parameter) -> bool:
         """Whether a shape parameter is estimated: one that begins at zero, its bound, has no scale to move by."""
@@ -112,8 +115,8 @@ class Seen:
 
 
 def split(terms: Sequence[Term], numbers: Floats) -> list[Floats]:
-    ends = np.cumsum([0, *(len(term.free) for term in terms)])
-    return [numbers[a:b] for a, b in pairwise(ends)]
+    ends = [0, *itertools.accumulate(len(term.free) for term in terms)]
+    return [numbers[a:b] for a, b in itertools.pairwise(ends)]
 
 
 def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
@@ -177,19 +180,14 @@ def turning(term: Term, numbers: Floats, size: float, seen: Seen, places: Places
 
 def pushed(term: Term, numbers: Floats, seen: Seen, places: Places) -> Floats:
     """Force (k,), N, of an effect on the force at these samples: it adds, whatever others do."""
-    if seen.kept is not None and all(_straight(term)):
+    if seen.kept is not None and all(term.straight):
         return added(term, numbers, seen, places)[0]
     return _run(term, term.values(numbers), seen, np.zeros(len(seen.d)), 0.0)[places]
 
 
-def _straight(term: Term) -> list[bool]:
-    """Whether it goes in proportion to each of its numbers."""
-    return [p.amplitude and not term.effect.name.startswith(PREFIX) for p in term.free]
-
-
 def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floats, Floats]:
     """The same, and its derivatives (k, n)."""
-    values, nothing, straight = term.values(numbers), np.zeros(len(seen.d)), np.array(_straight(term), bool)
+    values, nothing, straight = term.values(numbers), np.zeros(len(seen.d)), np.array(term.straight, bool)
     own = [p for p, is_straight in zip(term.free, straight, strict=True) if is_straight]
 
     def alone() -> Floats:
