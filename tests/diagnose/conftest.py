@@ -1,11 +1,13 @@
 """The twin's hidden cases, with the exact model of their mount."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import pytest
 
-from tests.diagnose.scene import mount
+from tests.diagnose.scene import mount, record
+from thrustd.identify.identify import identify
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.recording import Recording
 from thrustd.twin.hide import hidden_case
@@ -34,3 +36,9 @@ def twin_case():
         return made[key]
 
     return case
+
+
+@pytest.fixture(scope="session")
+def identified():
+    """The mount of the scene by its own bench, by the seed of that record: identified once for all who ask."""
+    return cache(lambda seed: identify([record(seed=seed)]).spec)

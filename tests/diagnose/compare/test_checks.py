@@ -49,7 +49,7 @@ def test_an_effect_already_present_is_refused():
 
 def test_a_constant_channel_is_refused():
     with pytest.raises(RecordingError, match="vibration_mm_s is constant"):
-        extend(mount(), [BASE], ["payne"])
+        extend(mount(), [BASE], ["vibration_rectification"])
 
 
 def test_two_rooms_that_are_each_at_one_temperature_move_it():

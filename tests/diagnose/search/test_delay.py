@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tests.diagnose.scene import DT_S, columns, mount, record
+from tests.diagnose.scene import DT_S, columns, mount
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.identify.identify import identify
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
 from thrustd.records.recording import make_recording
@@ -35,14 +34,14 @@ def test_a_late_reading_is_a_delay_though_no_causal_step_can_undo_it():
     assert "looking ahead" in found.evidence
 
 
-def test_a_force_that_is_recorded_late_is_an_early_reading_and_no_turned_sign():
+def test_a_force_that_is_recorded_late_is_an_early_reading_and_no_turned_sign(identified):
     """The mount seems to deliver energy; that its model explains most of the record as it is says that no sign is."""
     late_s = 0.12
     data = columns()
     model = compile_model(mount(), 1 / DT_S)
     force = np.interp(data["time_s"] - late_s, data["time_s"], model.simulate(model.inputs(data)))
     data["force_N"] = force + np.random.default_rng(5).normal(0, 12.0, len(force))
-    bench, late = identify([record(seed=7)]).spec, make_recording("measured", data)
+    bench, late = identified(7), make_recording("measured", data)
     assert loop_energy([late]).delivers
     report = diagnose(bench, [late])
     assert report.verdict == ("time_delay",)

@@ -19,7 +19,6 @@ from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import exchanged, look
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
-from thrustd.identify.identify import identify
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
 from thrustd.identify.regression.sweep import normal_equations, simulate
@@ -152,10 +151,10 @@ def test_a_fast_record_that_stood_still_is_shorter_than_the_time_it_has_to_stand
     assert report.verdict == ("none",)
 
 
-def test_a_large_effect_is_seen_from_the_core_as_it_was():
+def test_a_large_effect_is_seen_from_the_core_as_it_was(identified):
     """A core that may move takes on two thirds of a zero that wanders by 0.07 mm, and others then remove as much."""
     measured = record([EffectSpec("sensor_drift", {"drift_mm_h": -1.0, "settling_h": 0.07})])
-    question = asked(identify([record(seed=7)]).spec, [measured], NOTHING)
+    question = asked(identified(7), [measured], NOTHING)
     names = ("sensor_drift", "thermal_expansion", "nacelle_drag", "creep", "ageing")
     nothing = joint_fit(question.base, question.rows, ())
     seen = look(question.base, question.rows, nothing, [effect_named(name) for name in names], question.rig)
@@ -163,11 +162,11 @@ def test_a_large_effect_is_seen_from_the_core_as_it_was():
     assert seen.looked[0].removes > 0.95
 
 
-def test_what_could_stand_in_a_members_place_is_tried_before_it_is_named():
+def test_what_could_stand_in_a_members_place_is_tried_before_it_is_named(identified):
     """Creep beside inertia follows a part of a zero that wanders, which nobody had tried in its place."""
     wanders = EffectSpec("sensor_drift", {"drift_mm_h": -1.0, "settling_h": 0.07})
     measured = record([wanders, EffectSpec("axial_inertia", {"mass_kg": 100.0})])
-    question = asked(identify([record(seed=7)]).spec, [measured], NOTHING)
+    question = asked(identified(7), [measured], NOTHING)
     base, rows, rig = question.base, question.rows, question.rig
     effects = [effect_named(name) for name in ("creep_kelvin_voigt", "axial_inertia", "sensor_drift", "nacelle_drag")]
     creep, mass = (next(terms_of(effect, rig)) for effect in effects[:2])
@@ -180,9 +179,9 @@ def test_what_could_stand_in_a_members_place_is_tried_before_it_is_named():
     assert not exchanged(base, rows, looks, found, [nothing, found, *rivals])
 
 
-def test_what_lags_may_remember_when_a_record_begins_goes_with_the_load_there():
+def test_what_lags_may_remember_when_a_record_begins_goes_with_the_load_there(identified):
     """A small load at first is no room for a zero, or a drift, that memory could stand in for."""
-    spec, data = identify([record(seed=7)]).spec, record()
+    spec, data = identified(7), record()
 
     def memory_n(begins):
         later = {name: column[begins:] for name, column in data.channels.items()}

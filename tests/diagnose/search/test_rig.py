@@ -63,16 +63,16 @@ def test_bench_records_are_the_prior_of_a_model_that_carries_none():
     assert diagnose(bare, [hidden], given=Given(bench=[bench])).verdict == ("nacelle_drag",)
 
 
-def test_a_model_that_carries_its_bench_takes_no_other():
-    spec = identify([record()]).spec
+def test_a_model_that_carries_its_bench_takes_no_other(identified):
+    spec = identified(0)
     with pytest.raises(ModelError, match="expected a model without, or no --bench"):
         diagnose(spec, [record(seed=2)], given=Given(bench=[record()]))
 
 
-def test_records_that_a_model_was_learnt_from_do_not_count_twice():
+def test_records_that_a_model_was_learnt_from_do_not_count_twice(identified):
     """An elastomer's own record held curve and friction where they stood for its softening: `unknown` at 9 kPa of 1."""
     bench, flight = record(), record(seed=2)
-    spec = identify([bench]).spec
+    spec = identified(0)
     assert asked(spec, [flight], Given()).base.benched
     assert asked(spec, [bench, flight], Given()).base.benched is False
     both = identify([bench, flight]).spec

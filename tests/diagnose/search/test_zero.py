@@ -67,13 +67,13 @@ def test_a_cell_that_walks_may_have_another_zero_where_a_record_begins_under_loa
     assert moved_n > 6.0
 
 
-def test_a_zero_that_was_set_anew_is_no_effect_and_hides_none():
+def test_a_zero_that_was_set_anew_is_no_effect_and_hides_none(identified):
     """The mount rests at its zero for half a minute, then works."""
     data = columns()
     data["deformation_mm"][:600] = 0.0
     noise = NOISE_N * np.random.default_rng(4).standard_normal(len(data["time_s"]))
     force = simulated(mount(), data) + noise
-    bench = identify([record(seed=7)]).spec
+    bench = identified(7)
     again = make_recording("measured", data | {"force_N": force - 30.0})
     assert diagnose(bench, [again]).verdict == ("none",)
     weight = make_recording("measured", data | {"force_N": force + 60.0 * data["accel_z_g"]})

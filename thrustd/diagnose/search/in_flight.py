@@ -142,8 +142,12 @@ def diagnosed_in_flight(
 ) -> DiagnoseReport:
     """The verdict on a mount whose reference is the brochure."""
     possible = [one for one in shelf().values() if one.word not in question.rig.priors.without]
-    effects, not_judged = judgeable([*possible, *asked_for(extra, question.records)], question.records, ())
-    not_judged += dict.fromkeys(NotJudged(one.word, TOLD_BY_BENCH) for one in effects if of_the_rubber(one))
+    every = [*possible, *asked_for(extra, question.records)]
+    others = [one for one in every if not of_the_rubber(one)]
+    effects, not_judged = judgeable(others, question.records, ())
+    elsewhere = {one.word for one in others}
+    told = dict.fromkeys(one.word for one in every if one.word not in elsewhere)
+    not_judged += [NotJudged(word, TOLD_BY_BENCH) for word in told]
     seen, terms = flown(spec, question, given), terms_in_flight(spec, effects, question.rig)
     found = searched(seen, terms, progress)
     best, more = found.best, found.best.squares > MUCH * found.best.rows
