@@ -16,6 +16,8 @@ a_e   growth between transducers and mounts with their temperature, through all 
 b_e   bow of the transducers' lines: prior 10 um, 0 where gauge blocks have measured it
 q_m   slope of a mount's curve beyond its bench against that of its other side, where the engine's weight holds it out
       there: prior 6.1 % (`mounts.step`). r_m grows from nothing at rest to where the bench begins and stays
+      Where it is asked, what the numbers take on of the models' own errors is in their covariance: these repeat with
+      the load, so no residual shows them (consider covariance; Schmidt 1966, Bierman 1977, ch. 8)
 c     zero of the cell with the wheels' friction: prior 50 N
 d     the cell's clock within a step of those it is looked for at, d dF/dt: else friction takes its part
 
@@ -28,9 +30,7 @@ Engines that are shut down afterwards tell the zero of each mount, as well as it
 
 Bayesian linear regression (Bishop, Pattern Recognition and Machine Learning, ch. 3.3); the noise that counts is slow,
 so its variance is that of means of a minute. What the run does not tell apart stays at its prior: two mounts of one
-engine move together, so their difference does. What the numbers take on of the models' own errors is in their
-covariance: these repeat with the load, so no residual shows them (consider covariance; Schmidt 1966, Bierman 1977,
-ch. 8).
+engine move together, so their difference does.
 """
 
 from dataclasses import replace

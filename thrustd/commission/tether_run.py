@@ -75,16 +75,17 @@ def columns(run: Run, rows: Flags) -> dict[str, Floats]:
 
 
 def curve_errors_n(run: Run) -> Floats:
-    """What the curves of the models may err by, one sigma of each column (n, k).
+    """What the curves of the models may err by, one sigma of each column (n, k), where a slope beyond a bench is asked.
 
-    It repeats with the load, another one at every load: a slope beyond a bench bends the pull by some 50 N like it, and
-    what grows with the temperature comes with the load, too.
+    A slope bends the pull over the load by some 50 N; so does the error of a model, another one at every load.
     """
-    found = []
-    for load_n, runs, std_n in zip(np.nan_to_num(run.force_n).T, run.runs.T, run.curve_std_n, strict=True):
+    asked = {e for i, e in enumerate(run.engine_of) if run.asks_slope(i)}
+    found = [np.zeros((len(run.runs), 0))]
+    for i in (i for i, e in enumerate(run.engine_of) if e in asked):
+        load_n = np.nan_to_num(run.force_n[:, i])
         knots_n = np.linspace(0.0, load_n.max(), KNOTS)
         hats = [np.interp(load_n, knots_n, one) for one in np.eye(KNOTS)[1:]]  # at rest `model_std_n` holds it
-        found.append(std_n * np.column_stack(hats) * runs[:, None])
+        found.append(run.curve_std_n[i] * np.column_stack(hats) * run.runs[:, [i]])
     return np.hstack(found)
 
 

@@ -66,7 +66,19 @@ def test_a_ladder_of_times(shares):
     creep = effect_named("creep_spectrum")
     lags = [_lagged(ELASTIC, tau_s) for tau_s in creep_spectrum.TAUS_S]
     reading = ELASTIC + sum(share * lag for share, lag in zip(shares, lags, strict=True))
-    parameters = dict(zip(creep_spectrum.SHARES, shares, strict=True)) | {"settled": 0.0}
+    parameters = creep.neutral() | dict(zip(creep_spectrum.SHARES, shares, strict=True)) | {"settled": 0.0}
     np.testing.assert_allclose(_back(creep, parameters, reading), ELASTIC, atol=1e-9)
     held = _back(creep, parameters | {"settled": 1.0}, np.ones(50))
     np.testing.assert_allclose(held, 1.0 / (1.0 + sum(shares)), rtol=1e-12)
+
+
+@given(st.floats(0.0, 0.05), st.floats(-0.3, 2.0))
+def test_many_times_follow_the_load_of_a_spring_that_hardens(share, hardening):
+    spectrum, parameters = effect_named("creep_spectrum"), {"hardening": hardening, "range_mm": 2.0}
+    load = ELASTIC * (1.0 + hardening * (ELASTIC / 2.0) ** 2)
+    reading = ELASTIC + share * sum(_lagged(load, tau) for tau in creep_spectrum.TAUS_S[1:4:2])
+    two = dict.fromkeys(creep_spectrum.SHARES[1:4:2], share)
+    values = spectrum.neutral() | two | parameters | {"settled": 0.0}
+    np.testing.assert_allclose(_back(spectrum, values, reading), ELASTIC, atol=1e-7)
+    held = _back(spectrum, values | {"settled": 1.0}, np.ones(50))
+    np.testing.assert_allclose(held, held[0], rtol=1e-6)
