@@ -26,12 +26,14 @@ export function changed(what = "all") {
 }
 
 export function refresh() {
-  const asked = choosing.then(() => get("api/state")).then((server) => {
-    if (asked !== newest) return newest; // what was asked later knows more
-    store.server = server;
-    for (const job of server.jobs) if (waiting.has(job.id) && over(job)) tell(job); // ended before the stream was open
-    changed("state");
-  });
+  const asked = choosing
+    .then(() => get("api/state"))
+    .then((server) => {
+      if (asked !== newest) return newest; // what was asked later knows more
+      store.server = server;
+      for (const job of server.jobs) if (waiting.has(job.id) && over(job)) tell(job); // ended before the stream was open
+      changed("state");
+    });
   newest = asked;
   return asked;
 }
