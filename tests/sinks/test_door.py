@@ -1,5 +1,6 @@
 """The door of a page: a burst of clients waits for it, nobody is turned away."""
 
+import gc
 import socket
 from contextlib import ExitStack, suppress
 from threading import Event as Flag
@@ -53,3 +54,18 @@ def test_of_those_that_never_finish_asking_the_oldest_goes_for_one_more(monkeypa
             assert _is_open(clients[-1]) and _is_open(clients[ASKING // 2])
     finally:
         door.close()
+
+
+def test_who_comes_while_it_closes_is_sent_away_and_nothing_stays_open():
+    door, ends = Door("test", "127.0.0.1", 0, _nothing), Flag()
+    door._loop.call_soon_threadsafe(ends.wait)
+    with ExitStack() as coming:
+        where = "127.0.0.1", door.port
+        clients = [coming.enter_context(socket.create_connection(where, timeout=20.0)) for _ in range(ASKING)]
+        door._loop.call_soon_threadsafe(door._ending.set)
+        ends.set()
+        door.close()
+        for client in clients:
+            with suppress(ConnectionError):
+                assert client.recv(1) == b""
+    gc.collect()  # an open end that is forgotten warns, and pytest says it here

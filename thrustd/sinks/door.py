@@ -45,7 +45,8 @@ class Door:
         self._socket = socket.create_server((host, port), family=family, backlog=BACKLOG)
         self.port: int = self._socket.getsockname()[1]
         self._host, self._answer, self._origins, self._refused = host, answer, frozenset(origins), refused
-        self._asking: dict[asyncio.Task[None] | None, None] = {}  # in the order of their coming
+        self._asking: dict[asyncio.Task[None], None] = {}  # in the order of their coming
+        self._inside: set[asyncio.Task[None]] = set()  # asking or being answered
         self._open = Flag()
         self._thread = Thread(target=lambda: asyncio.run(self._serve()), name=name, daemon=True)
         self._thread.start()
@@ -62,12 +63,21 @@ class Door:
         server = await asyncio.start_server(self._meet, sock=self._socket, limit=HEAD_BYTES, backlog=BACKLOG)
         self._open.set()
         await self._ending.wait()
+        self._loop.remove_reader(self._socket)  # nobody else is let in; asyncio forgets whom it has not met by a close
+        for task in self._inside:
+            task.cancel()
+        while others := asyncio.all_tasks() - {asyncio.current_task()}:
+            await asyncio.wait(others)
         server.close()
+        await asyncio.sleep(0)  # until the last one's socket is closed
 
     async def _meet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        me = asyncio.current_task()
+        if (me := asyncio.current_task()) is None or self._ending.is_set():
+            return writer.transport.abort()
+        self._inside.add(me)
         self._asking[me] = None
-        if len(self._asking) > MOST_ASKING and (oldest := next(iter(self._asking))) is not None:
+        if len(self._asking) > MOST_ASKING:
+            oldest = next(iter(self._asking))
             del self._asking[oldest]
             oldest.cancel()
         try:
@@ -83,7 +93,8 @@ class Door:
             pass  # it went away, asks too slowly, too much, or no HTTP
         finally:
             self._asking.pop(me, None)
-            writer.close()
+            self._inside.discard(me)
+            writer.transport.abort() if self._ending.is_set() else writer.close()
 
     def _judge(self, raw: bytes) -> tuple[Question, str]:
         """The question, and why it is not answered."""
