@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from tests.sensors.test_evidence import INSTALLED, SHARE, flown
 from tests.sensors.test_monitor import CITATION
 from thrustd.sensors import evidence, onsets
-from thrustd.sensors.motion import LIES, SILENT, Motion, agree, motion_of, moves
+from thrustd.sensors.motion import LIES, SILENT, Motion, agree, all_moves, motion_of, moves
 from thrustd.sensors.past import (
     ALONG_G,
     BY_MOTION_N,
@@ -43,7 +43,7 @@ def weighed(lost_n, moved_n):
     alone = out[:, 0].copy()
     again = np.empty((onsets.N_ALONE, 3))
     evidence.evidence(rows, n, SHARE, onsets.WELL, INSTALLED, MOTION, again)
-    agree(again[:, 0], heard[0], 0.0, out)
+    agree(again[:, 0], all_moves(rows, n, SHARE, INSTALLED, 2, MOTION), heard[0], 0.0, out)
     assert out[:, 0].sum() == pytest.approx(1.0)
     return alone, out[:, 0]
 
@@ -72,10 +72,10 @@ def test_it_may_lie_and_makes_no_hypothesis_likelier_than_another_by_more_than_t
 
 def test_what_it_said_most_clearly_holds_while_the_doubt_lasts():
     heard, out, n = np.zeros(1, onsets.HEARD)[0], np.ones((onsets.N_HYPOTHESES, 3)), onsets.N_ALONE
-    agree(np.where(np.arange(n) == onsets.MOUNTS_OFF, -5.0, 0.0), heard, 0.0, out)
+    agree(np.where(np.arange(n) == onsets.MOUNTS_OFF, -5.0, 0.0), -3.0, heard, 0.0, out)
     clear = out[:, 0].copy()
     out[:, 0] = 1.0
-    agree(np.zeros(n), heard, 0.0, out)  # its rows have thinned
+    agree(np.zeros(n), 0.0, heard, 0.0, out)  # its rows have thinned
     assert out[:, 0] == pytest.approx(clear)
     assert clear[onsets.MOUNTS_OFF] / clear[onsets.BROCHURE_OFF] == pytest.approx(np.exp(-5.0))
 
@@ -84,9 +84,32 @@ def test_an_accelerometer_at_fault_may_show_anything_and_all_transducers_move_no
     n, shares = onsets.N_ALONE, {}
     for odds in (20.0, -20.0):
         heard, out = np.zeros(1, onsets.HEARD)[0], np.ones((onsets.N_HYPOTHESES, 3))
-        agree(np.where(np.arange(n) == onsets.BROCHURE_OFF, 0.0, -5.0), heard, odds, out)
+        agree(np.where(np.arange(n) == onsets.BROCHURE_OFF, 0.0, -5.0), -5.0, heard, odds, out)
         shares[odds] = out[onsets.ACCELERATION_OFF, 0] / out[onsets.AIR_OFF, 0]
     assert shares[20.0] == pytest.approx(1.0) and shares[-20.0] == pytest.approx(np.exp(-5.0))
+
+
+def slammed(mounts_move, brochures_move):
+    """(rows, n) of an engine 4 s after its throttle was closed and the other's, by who shows it; the aircraft does."""
+    closed = lambda t_s: -2400.0 * np.clip((t_s - BEGINS_S) / 3.0, 0.0, 1.0)  # noqa: E731
+    shown = mounts_move * MOUNTS + brochures_move * (1.0 - (MOUNTS > 0.0))
+    for rows, n in flown(lambda t_s: closed(t_s) * shown, BEGINS_S + 4.0):
+        rows[:n, MACH], rows[:n, MOVES], rows[:n, SHAKES_N] = 0.4, 1.0, 120.0
+        lost_n = closed(rows[:n, T_S])
+        rows[:n, ALONG_G] = (3000.0 + 2.0 * lost_n) / WEIGHT_N
+        rows[:n, OTHERS_STD_N] = 0.5 * (mounts_move - brochures_move) * lost_n
+        others_n = 3000.0 + 0.5 * (mounts_move + brochures_move) * lost_n
+        rows[:n, BY_MOTION_N] = rows[:n, ALONG_G] * WEIGHT_N - others_n
+    return rows, n
+
+
+def test_the_motion_tells_what_failed_on_all_engines():
+    """By what the engines show together, half of which was lost where each had the other's doubt."""
+    assert all_moves(*slammed(1.0, 0.0), SHARE, INSTALLED, 2, MOTION) < np.log(1e-2)  # all brochures stood still
+    assert all_moves(*slammed(0.0, 1.0), SHARE, INSTALLED, 2, MOTION) > np.log(1e2)  # all transducers did
+    rows, n = slammed(1.0, 0.0)
+    rows[:, MOVES] = 0.0
+    assert all_moves(rows, n, SHARE, INSTALLED, 2, MOTION) == pytest.approx(0.0, abs=0.1)
 
 
 def pasts(mounts_n, fuel_n):

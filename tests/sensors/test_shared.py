@@ -13,14 +13,14 @@ IDLE_N, BEGINS_S = 600.0, 300.0
 WEIGHT_N, SILENT = 3660.0, Bias(no_balance(), 3660.0)
 
 
-def weighed(left, right, seconds, along_g=0.0, bias=SILENT):
+def weighed(left, right, seconds, along_g=0.0, bias=SILENT, thrust_of=lambda t_s: IDLE_N):
     """(2, N_HYPOTHESES), (2,): probabilities and odds so many seconds after faults began, of each engine time -> (5,).
 
     `along_g`: what the accelerometer has shown since then, of which the Mach number shows nothing.
     """
     heard, out, odds = np.zeros(2, onsets.HEARD), np.zeros((2, onsets.N_HYPOTHESES, 3)), np.zeros(2)
     for fault_of, said, row in zip((left, right), heard, out, strict=True):
-        seen = flown(lambda t_s, of=fault_of: of(t_s - BEGINS_S), BEGINS_S + seconds, lambda t_s: IDLE_N)
+        seen = flown(lambda t_s, of=fault_of: of(t_s - BEGINS_S), BEGINS_S + seconds, thrust_of)
         *_, (rows, n) = seen
         rows[:, ALONG_G] = along_g * (rows[:, T_S] > BEGINS_S)
         rows[:, AIR_MACH] = along_g * 9.81 / 340.0 * np.maximum(rows[:, T_S] - BEGINS_S, 0.0)
@@ -52,6 +52,16 @@ def test_a_mach_number_that_freezes_in_a_roll_is_no_accelerometer():
     """What no accelerometer does: 100 N a second, on both engines."""
     p, _ = weighed(*2 * [lambda since_s: 100.0 * max(since_s, 0.0) * BROCHURE], 6.0, 0.35)
     assert (p[:, onsets.AIR_OFF] > 0.9).all()
+
+
+def test_what_stands_still_on_all_engines_goes_with_the_thrust_that_the_others_show():
+    """Two slams: as the data stand still, they are off by more and less and more again."""
+    slams = lambda since_s: 3000.0 * np.interp(since_s, (0.0, 4.0, 30.0, 34.0, 60.0, 64.0), (0, 1, 1, 0, 0, 1))  # noqa: E731
+    for still, which in ((BROCHURE, onsets.AIR_OFF), (MOUNTS, onsets.ACCELERATION_OFF)):
+        for seconds in (20.0, 50.0, 70.0):
+            fault_of = lambda since_s, still=still: -slams(since_s) * still  # noqa: E731
+            p, _ = weighed(fault_of, fault_of, seconds, thrust_of=lambda t_s: IDLE_N + slams(t_s - BEGINS_S))
+            assert (p[:, which] > 1e-2).all() and (p[:, onsets.ACCELERATION_OFF :].sum(axis=1) > 0.9).all(), seconds
 
 
 def test_engines_that_are_well_share_nothing():

@@ -27,7 +27,7 @@ from thrustd.sensors.evidence import evidence, uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.kinematics import ACCELERATION, BALANCE, LEAVES, REFUTED, Bias, air_leaves
 from thrustd.sensors.lead import lead_of, likely
-from thrustd.sensors.motion import DOUBT, Motion, agree, at_odds, motion_of, moves
+from thrustd.sensors.motion import DOUBT, Motion, agree, all_moves, at_odds, motion_of, moves
 from thrustd.sensors.onsets import (
     ACCELERATION_OFF,
     BLED,
@@ -212,9 +212,10 @@ def _weigh(memory: _Memory, engines: Engines, e: int, rows: Floats, before: int,
     if engines.motion.weight_n > 0.0 and at_odds(out) > DOUBT:
         again = np.empty((N_ALONE, 3))
         evidence(rows, n, share, before, engines.installed, engines.motion, again)
-        agree(again[:, 0], heard, odds, out)
+        together = all_moves(rows, n, share, engines.installed, len(memory.heard), engines.motion)
+        agree(again[:, 0], together, heard, odds, out)
     else:
-        heard.moved[:] = 0.0
+        heard.moved[:], heard.all_moved[:] = 0.0, 0.0
     return odds
 
 

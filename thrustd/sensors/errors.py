@@ -105,6 +105,12 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
 
 
 @compiled
+def as_on_the_bench(installed: Installed) -> Installed:
+    """Without all that no bench shows."""
+    return Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g, 0.0)
+
+
+@compiled
 def installed_n2(rows: Floats, a: int, b: int, installed: Installed) -> float:
     """Covariance of what an installation does to both mounts of an engine in two rows."""
     of_load_n2 = installed.scale**2 * abs(rows[a, LEVEL_N] * rows[b, LEVEL_N])

@@ -24,8 +24,8 @@ import numpy as np
 from thrustd.core.aircraft import Installed
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.errors import THRUST_N2, Parts, covariance, installed_n2
-from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, fault_shape, installed_shape
+from thrustd.sensors.errors import THRUST_N2, Parts, as_on_the_bench, covariance, installed_n2
+from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, by_mounts_n, fault_shape, installed_shape
 from thrustd.sensors.motion import SILENT, Motion, beside
 from thrustd.sensors.onsets import (
     BLED,
@@ -44,7 +44,7 @@ from thrustd.sensors.onsets import (
     of_scale,
     of_stretches,
 )
-from thrustd.sensors.past import COUNTS, LOWER, N_SOURCES, PRESSURE_PA, SAID, UPPER
+from thrustd.sensors.past import COUNTS, LEVEL_N, LOWER, N_SOURCES, PRESSURE_PA, SAID, UPPER
 from thrustd.sensors.positive import factor_large, forward, inverse
 
 # of an engine that turns: ram drag of 10 kg/s at flight idle, less what is left of the gross thrust; of one that burns
@@ -57,8 +57,8 @@ def _solve(
     rows: Floats, n: int, parts: Parts, installed: Installed, motion: Motion, out: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """All is well: A, z = A y and A c; its thrust and variance go into `out`."""
-    bench = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g, 0.0)
-    c, y, to_n2 = covariance(rows, n, parts, bench), np.empty(n * N_SOURCES), np.zeros(n * N_SOURCES)
+    c = covariance(rows, n, parts, as_on_the_bench(installed))
+    y, to_n2 = np.empty(n * N_SOURCES), np.zeros(n * N_SOURCES)
     for i in range(len(y)):
         y[i] = rows[i // N_SOURCES, SAID + i % N_SOURCES]
     for s in range(N_SOURCES):
@@ -149,8 +149,10 @@ def evidence(
     out[WELL, 0] = log(1.0 - STAYS) if WELL < found < N_ALONE else 0.0  # a fault that was found leaves all others less
     pressure_pa = rows[0, PRESSURE_PA]
     well = log_pushes(out[WELL, 1], out[WELL, 2], pressure_pa)
-    since, always = fault_shape(rows, n, FAULT_S), fault_shape(rows, n, LASTING_S)
-    scene = Scene(rows, n, parts, a, z, ac, since, always, installed_shape(rows, n, installed_as), found)
+    level_n = rows[:n, LEVEL_N].copy()
+    since, always = fault_shape(rows, level_n, FAULT_S), fault_shape(rows, level_n, LASTING_S)
+    stands = fault_shape(rows, by_mounts_n(rows, n), FAULT_S)
+    scene = Scene(rows, n, parts, a, z, ac, since, stands, always, installed_shape(rows, n, installed_as), found)
     most = max(6 * n, n * (n + 1) // 2)
     told = Told(np.empty(most), np.empty((most, 2)), np.zeros(1, np.int64))
     for which in range(1, N_ALONE):

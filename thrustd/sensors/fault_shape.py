@@ -1,6 +1,7 @@
 """How what a fault does to one row of the past goes with what it does to another: lower factors (n, n).
 
-fault           Matern 3/2 in time and in thrust: what drifts, sticks or is scaled has a slope
+fault           Matern 3/2 in time and in thrust: what drifts, sticks or is scaled has a slope; the thrust is that
+                of those who are well then
 installation    see `errors`
 """
 
@@ -12,7 +13,7 @@ from thrustd.core.aircraft import Installed
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import installed_n2
-from thrustd.sensors.past import LEVEL_N, T_S
+from thrustd.sensors.past import COUNTS, LEVEL_N, LOWER, SAID, T_S, UPPER
 from thrustd.sensors.positive import factor
 
 FAULT_REACH_N = 4000.0
@@ -27,12 +28,23 @@ def smooth(far: float) -> float:
 
 
 @compiled
-def fault_shape(rows: Floats, n: int, lasts_s: float) -> Floats:
+def by_mounts_n(rows: Floats, n: int) -> Floats:
+    """(n,) thrust where all that is known by engine data is wrong."""
+    level_n = rows[:n, LEVEL_N].copy()
+    for i in range(n):
+        if rows[i, COUNTS + UPPER] * rows[i, COUNTS + LOWER] != 0.0:
+            level_n[i] = rows[i, SAID + UPPER] + rows[i, SAID + LOWER]
+    return level_n
+
+
+@compiled
+def fault_shape(rows: Floats, level_n: Floats, lasts_s: float) -> Floats:
     """Lower factor (n, n) of how what a fault does to one row goes with what it does to another."""
+    n = len(level_n)
     shape = np.zeros((n, n))
     for i in range(n):
         for j in range(i + 1):
-            apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(rows[i, LEVEL_N] - rows[j, LEVEL_N])
+            apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(level_n[i] - level_n[j])
             shape[i, j] = smooth(apart_s / lasts_s) * smooth(moved_n / FAULT_REACH_N)
         shape[i, i] += 1e-6
     factor(shape, n)

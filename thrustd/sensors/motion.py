@@ -27,11 +27,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from thrustd.core.aircraft import ANY_MASS_KG, AircraftData
-from thrustd.core.columns import Floats
+from thrustd.core.aircraft import ANY_MASS_KG, AircraftData, Installed
+from thrustd.core.columns import Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
-from thrustd.sensors.errors import SILENT_N2, THRUST_N2, Parts
+from thrustd.sensors.errors import SILENT_N2, THRUST_N2, Parts, as_on_the_bench, covariance
 from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, N_ALONE, NOBODYS, SCALE_OFF
 from thrustd.sensors.past import (
     ALONG_G,
@@ -52,6 +52,7 @@ from thrustd.sensors.past import (
     T_S,
     UPPER,
 )  # fmt: skip
+from thrustd.sensors.positive import factor_large, forward
 
 DRAG, LIFT, ROLLS, SLOW, SLOW_S = 0.04, 0.1, 0.02, 0.026, 100.0  # of S q or of the weight
 SHAKES, LEAST_SHAKES, NEW, RARE = 0.01, 0.002, 0.1, 3.0  # of the weight at first; from row to row; sigmas
@@ -153,6 +154,50 @@ def beside(
 
 
 @compiled
+def _log_of_all(rows: Floats, n: int, c: Floats, sources: Integers, sign: float, engines: int, motion: Motion) -> float:
+    """ln p of what the motion says if these sources are well, of all engines; the others err as this one does.
+
+    `c` (5 n, 5 n): covariance of what all sources say; `sign`: of what lies between both kinds in `OTHERS_STD_N`.
+    """
+    seen, apart_n, wide, per = rows[:n].copy(), np.zeros(n), np.zeros((n, n)), 1.0 if len(sources) == 2 else 1.0 / 3.0
+    seen[:, OTHERS_STD_N] = 0.0
+    for a in range(n):
+        counts = rows[a, MOVES]
+        for s in range(FUEL_FLOW + 1):  # N1 and N2 that are gone are not missed where fuel flow stands for all
+            counts *= rows[a, COUNTS + s]
+        for s in sources:
+            counts *= rows[a, COUNTS + s]
+        seen[a, MOVES], wide[a, a] = 1.0 if counts != 0.0 else 0.0, SILENT_N2
+        if counts == 0.0:
+            continue
+        apart_n[a] = rows[a, BY_MOTION_N] + sign * rows[a, OTHERS_STD_N]
+        for s in sources:
+            apart_n[a] -= per * rows[a, SAID + s]
+        for b in range(a + 1):
+            if seen[b, MOVES] != 0.0:
+                err_n2 = 0.0
+                for s in sources:
+                    for r in sources:
+                        err_n2 += per * per * c[a * N_SOURCES + s, b * N_SOURCES + r]
+                err_n2 -= THRUST_N2 if a == b else 0.0
+                wide[a, b] = wide[b, a] = engines * engines * err_n2 + _errors_n2(seen, a, b, motion)
+    factor_large(wide)
+    forward(wide, apart_n)
+    return float(-0.5 * np.sum(apart_n**2) - np.sum(np.log(np.diag(wide))))
+
+
+@compiled
+def all_moves(rows: Floats, n: int, share: float, installed: Installed, engines: int, motion: Motion) -> float:
+    """ln of the odds that the mounts of all engines are wrong, and not all brochures, by the motion alone.
+
+    Either gives all thrusts at once, so nothing of it is taken from who is in doubt himself.
+    """
+    c = covariance(rows, n, (share, 1.0 - share, 1.0, 1.0, 1.0), as_on_the_bench(installed))
+    by_brochure = _log_of_all(rows, n, c, np.arange(FUEL_FLOW, N_SOURCES), 1.0, engines, motion)
+    return by_brochure - _log_of_all(rows, n, c, np.arange(FUEL_FLOW), -1.0, engines, motion)
+
+
+@compiled
 def at_odds(out: Floats) -> float:
     """How likely it is that a sensor or the engine failed; a scale or an installation moves no aircraft, either."""
     odds = 1.0 - out[SCALE_OFF, 0]
@@ -162,19 +207,22 @@ def at_odds(out: Floats) -> float:
 
 
 @compiled
-def agree(logs: Floats, heard: Any, odds: float, out: Floats) -> None:
+def agree(logs: Floats, together: float, heard: Any, odds: float, out: Floats) -> None:
     """Changes the probabilities of `out` (N_HYPOTHESES, 3) by what the motion says of each.
 
-    `logs` (N_ALONE,): ln of the evidence with it; `odds`: see `weigh_shared`. An accelerometer at fault may show
-    anything. What it said most clearly holds while the doubt lasts.
+    `logs` (N_ALONE,): ln of the evidence with it; `together`: see `all_moves`; `odds`: see `weigh_shared`. An
+    accelerometer at fault may show anything. What it said most clearly holds while the doubt lasts.
     """
     now = logs - heard.logs
     now = np.maximum(now - now.max(), log(LIES))
     if now.min() <= heard.moved.min():  # rows that thin forget it
         heard.moved[:] = now
     told = np.exp(heard.moved)
-    is_one = 1.0 / (1.0 + exp(-odds))
+    heard.all_moved[0] = max(heard.all_moved[0], min(together, -log(LIES)))
+    heard.all_moved[1] = min(heard.all_moved[1], max(together, log(LIES)))
+    both = heard.all_moved[0] + heard.all_moved[1]  # what contradicts itself says nothing: a rotation, an air brake
+    is_one, better = 1.0 / (1.0 + exp(-odds)), max(told[MOUNTS_OFF], told[BROCHURE_OFF])
     out[:N_ALONE, 0] *= told
-    out[ACCELERATION_OFF, 0] *= is_one + (1.0 - is_one) * told[MOUNTS_OFF]
-    out[AIR_OFF, 0] *= told[BROCHURE_OFF]
+    out[ACCELERATION_OFF, 0] *= is_one + (1.0 - is_one) * better * exp(min(both, 0.0))
+    out[AIR_OFF, 0] *= better * exp(min(-both, 0.0))
     out[:, 0] /= np.sum(out[:, 0])

@@ -20,7 +20,7 @@ from thrustd.core.columns import Floats, Integers
 from thrustd.core.jit import compiled
 from thrustd.sensors.errors import Parts
 from thrustd.sensors.fault_fit import Alone, Seen, Solved, answer, gradual, grow, room_for, solve
-from thrustd.sensors.fault_shape import installed_shape
+from thrustd.sensors.fault_shape import by_mounts_n, installed_shape
 from thrustd.sensors.jumps import see_jump, shaken
 from thrustd.sensors.past import (
     AIR_MACH,
@@ -82,6 +82,7 @@ class Scene(NamedTuple):
     z: Floats
     ac: Floats
     since: Floats  # (n, n), of a fault since its onset
+    brochure_since: Floats  # of the whole brochure
     always: Floats  # of one that was always there
     installed: Floats  # of what no bench shows
     found: int  # the hypothesis that led so far
@@ -92,6 +93,7 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
         ("n", np.int64),
         ("pressure_pa", np.float64),  # of its newest row
         ("t_s", np.float64, N_ROWS),
+        ("level_n", np.float64, (2, N_ROWS)),  # the thrust by those that are well then
         ("own", np.float64, (2, N_ROWS)),  # of both shared faults, where the sensor was: see `shared`
         ("f", np.float64, (2, N_ROWS, N_ROWS)),  # as `Alone`, of both of LIKE
         ("g", np.float64, (2, N_ROWS)),
@@ -100,6 +102,7 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
         ("well", np.float64),  # how likely it has nothing alone, nor an installation that errs
         ("logs", np.float64, N_ALONE),  # ln of the evidence of each, prior included
         ("moved", np.float64, N_ALONE),  # what the aircraft's motion has said of each: see `motion`
+        ("all_moved", np.float64, 2),  # and for all engines' brochures, and for all their mounts
     ]
 )
 
@@ -183,14 +186,15 @@ def _sudden(prior: float, scene: Scene, m: int, seen: Seen, solved: Solved, told
 def of_onsets(which: int, scene: Scene, told: Told) -> None:
     """Of one hypothesis, by onset and size."""
     n, sizes, pattern = scene.n, SIZES_N[which - 1], pattern_of(which, scene.parts)
+    since = scene.brochure_since if which == BROCHURE_OFF else scene.since
     alone, across = alone_of(scene, pattern), np.empty(n)
     seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
     room = room_for(n)
     priors = log(0.5 * _prior(which, False, 0, scene)), log(0.5 * _prior(which, False, 1, scene))
     for m in range(1, n + 1):
-        grow(scene.since, alone, m - 1, across, seen)
+        grow(since, alone, m - 1, across, seen)
         for size in range(2):
-            solved = solve(sizes[size], m, seen, scene.since, room)
+            solved = solve(sizes[size], m, seen, since, room)
             if m < n and which < SPOOLS_OFF:  # what two kinds of sources share is a supply or a clock, which drifts
                 _sudden(priors[size], scene, m, seen, solved, told)
             if m > 1:
@@ -274,6 +278,7 @@ def leave(scene: Scene, out: Floats, heard: Any) -> None:
     rows, n = scene.rows, scene.n
     heard.n, heard.pressure_pa = n, rows[0, PRESSURE_PA]
     heard.t_s[:n], heard.own[0, :n], heard.own[1, :n] = rows[:n, T_S], rows[:n, ALONG_G], rows[:n, AIR_MACH]
+    heard.level_n[0, :n], heard.level_n[1, :n] = rows[:n, LEVEL_N], by_mounts_n(rows, n)
     for k in range(2):
         alone = alone_of(scene, pattern_of(LIKE[k], scene.parts))
         heard.f[k, :n, :n], heard.g[k, :n], heard.u[k, :n] = alone.f, alone.g, alone.u

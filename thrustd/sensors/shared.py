@@ -1,14 +1,15 @@
-"""What is wrong on every engine at once: what all mounts share, or the air data of all brochures.
+"""What is wrong on every engine at once: what all mounts share, or what all brochures do.
 
     y_e = H T_e + e_e + V_e b     of engine e, the same b [N] on each; the errors e of one are independent of another's
 
-So V' A V and V' z are those of every engine over its own rows, and b is smooth (see `fault_shape`), in time or in what
-its sensor does:
+So V' A V and V' z are those of every engine over its own rows, and b is smooth (see `fault_shape`), in time, in time
+and thrust (by those that are well then), or in what its sensor does:
 
-    all mounts           sudden or gradual over minutes; or as the accelerometer goes, by an engine's weight: it is at
-                         fault, or all transducers are, by what kinematics makes of its readings
+    accelerometer        sudden or gradual over minutes; or as it goes, by an engine's weight; kinematics knows its bias
+    all transducers      sudden or gradual over minutes; or over minutes and thrust, as a scale
     air data             gradual over minutes; or as the Mach number changes, or stands while the aircraft accelerates;
                          those that jump are known by their own watch
+    all engine data      over minutes and thrust: they stand still
 
 Every engine leaves what the others need of it (`HEARD`). Weighed while an engine may not be well: a shared fault of
 which no engine shows anything is none. Equations: see `evidence`.
@@ -24,13 +25,15 @@ from thrustd.core.jit import compiled
 from thrustd.sensors.errors import REACH_MACH
 from thrustd.sensors.evidence import log_pushes, sum_up
 from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
-from thrustd.sensors.fault_shape import FAULT_S, smooth
+from thrustd.sensors.fault_shape import FAULT_REACH_N, FAULT_S, smooth
 from thrustd.sensors.kinematics import Bias, shown
-from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, LIKE, SIZES_N, STAYS, WELL
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, LIKE, NEW, SIZES_N, STAYS, WELL
 from thrustd.sensors.positive import factor
 
 REACH_G = 1.4  # 3000 N of a fault go as an engine's weight, 3.7 kN for 1 g
 SHARED = 2e-3  # prior of each of the two within the rows, as of both mounts of an engine
+DATA = NEW[BROCHURE_OFF - 1]  # of all engines' data that are wrong together, as of one engine's
+ACCELEROMETER, TRANSDUCERS, AIR_DATA, ENGINE_DATA = range(4)  # causes: two of each of LIKE
 DOUBT = 0.05  # an engine that is less likely to have something is well
 
 
@@ -56,12 +59,15 @@ def _listen(bias: Bias, t_s: Floats, alone: Alone) -> None:
 
 
 @compiled
-def _together(heard: Any, e: int, k: int) -> tuple[Floats, Floats, Alone]:
-    """Times of all engines' rows, the newest first, where the sensor was, a fault in each; u is that of engine e."""
+def _together(heard: Any, e: int, k: int) -> tuple[Floats, Floats, Floats, Alone]:
+    """Times of all engines' rows, the newest first, the thrust by those that are well, where the sensor was, a fault.
+
+    u of the fault is that of engine e.
+    """
     size = 0
     for o in range(len(heard)):
         size += heard[o].n
-    t_s, own, at = np.empty(size), np.empty(size), np.zeros(len(heard), np.int64)
+    t_s, level_n, own, at = np.empty(size), np.empty(size), np.empty(size), np.zeros(len(heard), np.int64)
     engine, row = np.empty(size, np.int64), np.empty(size, np.int64)
     alone = Alone(np.zeros((size, size)), np.empty(size), np.zeros(size))
     for i in range(size):
@@ -72,63 +78,78 @@ def _together(heard: Any, e: int, k: int) -> tuple[Floats, Floats, Alone]:
         engine[i], row[i] = newest, at[newest]
         at[newest] += 1
         said = heard[newest]
-        t_s[i], own[i], alone.g[i] = said.t_s[row[i]], said.own[k, row[i]], said.g[k, row[i]]
+        t_s[i], level_n[i] = said.t_s[row[i]], said.level_n[k, row[i]]
+        own[i], alone.g[i] = said.own[k, row[i]], said.g[k, row[i]]
         if newest == e:
             alone.u[i] = said.u[k, row[i]]
         for j in range(i + 1):
             if engine[j] == newest:
                 alone.f[i, j] = alone.f[j, i] = said.f[k, row[i], row[j]]
-    return t_s, own, alone
+    return t_s, level_n, own, alone
 
 
 @compiled
-def _lasting(at: Floats, reach: float) -> Floats:
-    """Lower factor (n, n) of how a fault goes with itself from one time, or place of its sensor, to another."""
+def _lasting(at: Floats, reach: float, level_n: Floats) -> Floats:
+    """Lower factor (n, n) of how a fault goes with itself from one time, or place of its sensor, to another.
+
+    `level_n` (n,): and from one thrust; (0,): it has nothing to do with it.
+    """
     n = len(at)
     shape = np.zeros((n, n))
     for i in range(n):
         for j in range(i + 1):
             shape[i, j] = smooth(abs(at[j] - at[i]) / reach)
+            if len(level_n):
+                shape[i, j] *= smooth(abs(level_n[j] - level_n[i]) / FAULT_REACH_N)
         shape[i, i] += 1e-6
     factor(shape, n)
     return shape
 
 
 @compiled
-def _weigh_one(heard: Any, e: int, which: int, listens: bool, bias: Bias, well: Floats, row: Floats) -> None:
-    """One of the two, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
-    k, of_air = which - ACCELERATION_OFF, which == AIR_OFF
-    t_s, own, alone = _together(heard, e, k)
-    if listens:
+def _shape(cause: int, way: int, t_s: Floats, level_n: Floats, own: Floats) -> Floats:
+    if way == 0:
+        return _lasting(t_s, FAULT_S, level_n[:0])
+    if cause == ACCELEROMETER:
+        return _lasting(own, REACH_G, level_n[:0])
+    return _lasting(own, REACH_MACH, level_n[:0]) if cause == AIR_DATA else _lasting(t_s, FAULT_S, level_n)
+
+
+@compiled
+def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Floats) -> None:
+    """One cause, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
+    k, prior = cause // 2, DATA if cause == ENGINE_DATA else SHARED if cause == AIR_DATA else 0.5 * SHARED
+    t_s, level_n, own, alone = _together(heard, e, k)
+    if cause == ACCELEROMETER:
         _listen(bias, t_s, alone)
     n, sizes = len(t_s), SIZES_N[LIKE[k] - 1]
     across, seen = np.empty(n), Seen(np.empty((n, n)), np.empty(n), np.empty(n), t_s)
     room, logs, said, told = room_for(n), np.empty(6 * n), np.empty((6 * n, 2)), 0
-    ways = 4 if of_air else 6  # and sizes
-    for way in range(2):
-        shape = _lasting(own, REACH_MACH if of_air else REACH_G) if way else _lasting(t_s, FAULT_S)
+    prior /= 6.0 if k == 0 else 4.0 if cause == AIR_DATA else 2.0  # ways and sizes
+    for way in range(1 if cause == ENGINE_DATA else 0, 2):
+        shape = _shape(cause, way, t_s, level_n, own)
         for m in range(1, n + 1):
             grow(shape, alone, m - 1, across, seen)
             for size in range(2):
                 solved = solve(sizes[size], m, seen, shape, room)
                 for slowly in range(2):
-                    if m == 1 if slowly else of_air or way or m == n:
+                    if m == 1 if slowly else k or way or m == n:
                         continue
                     ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
                     said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
                     pushes = log_pushes(said[told, 0], said[told, 1], heard[e].pressure_pa)
-                    logs[told] = ratio + log(SHARED / (ways * (n - 1))) + pushes
+                    logs[told] = ratio + log(prior / (n - 1)) + pushes
                     told += 1
     sum_up(logs[:told], said[:told], row)
 
 
 @compiled
-def _weigh_mounts(heard: Any, e: int, bias: Bias, well: Floats, row: Floats) -> float:
-    """The accelerometer or all transducers, as likely. -> ln of the odds that it is the accelerometer."""
+def _weigh_both(heard: Any, e: int, k: int, bias: Bias, well: Floats, row: Floats) -> float:
+    """Both causes of one of LIKE. -> ln of the odds that it is the first."""
     logs, said = np.empty(2), np.empty((2, 2))
-    for k in range(2):
-        _weigh_one(heard, e, ACCELERATION_OFF, k == 0, bias, well, row)
-        logs[k], said[k, 0], said[k, 1] = row[0] - log(2.0), row[1], row[2]
+    for one in range(2):
+        _weigh_one(heard, e, 2 * k + one, bias, well, row)
+        logs[one], said[one, 0], said[one, 1] = row[0], row[1], row[2]
     sum_up(logs, said, row)
     return float(logs[0] - logs[1])
 
@@ -147,8 +168,8 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
             doubt = max(doubt, 1.0 - heard[o].well)
     if others == 0 or (doubt < DOUBT and found < ACCELERATION_OFF):
         return 0.0
-    logs, odds = np.zeros(3), _weigh_mounts(heard, e, bias, out[WELL], out[ACCELERATION_OFF])
-    _weigh_one(heard, e, AIR_OFF, False, bias, out[WELL], out[AIR_OFF])
+    logs, odds = np.zeros(3), _weigh_both(heard, e, 0, bias, out[WELL], out[ACCELERATION_OFF])
+    _weigh_both(heard, e, 1, bias, out[WELL], out[AIR_OFF])
     for k in range(2):
         which = ACCELERATION_OFF + k
         logs[k] = out[which, 0] - alone + (log(STAYS / SHARED) if which == found else 0.0)
