@@ -211,18 +211,16 @@ def agree(logs: Floats, together: float, heard: Any, odds: float, out: Floats) -
     """Changes the probabilities of `out` (N_HYPOTHESES, 3) by what the motion says of each.
 
     `logs` (N_ALONE,): ln of the evidence with it; `together`: see `all_moves`; `odds`: see `weigh_shared`. An
-    accelerometer at fault may show anything. What it said most clearly holds while the doubt lasts.
+    accelerometer at fault may show anything. The worst that it said of each holds while the doubt lasts, because rows
+    that thin forget it; of all it says nothing, if it contradicts itself, as where the aircraft rotates.
     """
-    now = logs - heard.logs
-    now = np.maximum(now - now.max(), log(LIES))
-    if now.min() <= heard.moved.min():  # rows that thin forget it
-        heard.moved[:] = now
-    told = np.exp(heard.moved)
-    heard.all_moved[0] = max(heard.all_moved[0], min(together, -log(LIES)))
-    heard.all_moved[1] = min(heard.all_moved[1], max(together, log(LIES)))
-    both = heard.all_moved[0] + heard.all_moved[1]  # what contradicts itself says nothing: a rotation, an air brake
+    now, least = logs - heard.logs, log(LIES)
+    heard.moved[:] = np.minimum(heard.moved, np.maximum(now - now.max(), least))
+    heard.all_moved[0] = min(heard.all_moved[0], max(together, least))
+    heard.all_moved[1] = min(heard.all_moved[1], max(-together, least))
+    told, of_all = np.exp(heard.moved - heard.moved.max()), np.exp(heard.all_moved - heard.all_moved.max())
     is_one, better = 1.0 / (1.0 + exp(-odds)), max(told[MOUNTS_OFF], told[BROCHURE_OFF])
     out[:N_ALONE, 0] *= told
-    out[ACCELERATION_OFF, 0] *= is_one + (1.0 - is_one) * better * exp(min(both, 0.0))
-    out[AIR_OFF, 0] *= better * exp(min(-both, 0.0))
+    out[ACCELERATION_OFF, 0] *= is_one + (1.0 - is_one) * better * of_all[0]
+    out[AIR_OFF, 0] *= better * of_all[1]
     out[:, 0] /= np.sum(out[:, 0])

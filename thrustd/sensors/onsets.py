@@ -101,8 +101,8 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
         ("log_alone", np.float64),  # ln of its evidence, whatever it has alone, over that of all well
         ("well", np.float64),  # how likely it has nothing alone, nor an installation that errs
         ("logs", np.float64, N_ALONE),  # ln of the evidence of each, prior included
-        ("moved", np.float64, N_ALONE),  # what the aircraft's motion has said of each: see `motion`
-        ("all_moved", np.float64, 2),  # and for all engines' brochures, and for all their mounts
+        ("moved", np.float64, N_ALONE),  # the worst that the aircraft's motion has said of each: see `motion`
+        ("all_moved", np.float64, 2),  # and of what all mounts share, and all brochures
     ]
 )
 
