@@ -18,6 +18,16 @@ def softened_for_good(x: Floats) -> Floats:
     return -0.12 * (1.0 - np.exp(-((np.maximum.accumulate(x) / 0.75) ** 2)))
 
 
+def softened_in_cycles(x: Floats) -> Floats:
+    """Every way as long as the largest deformation breaks a fifth of what it breaks in the end and has not yet."""
+    most = np.maximum.accumulate(np.abs(x)) + 1e-12
+    kept, broken, found = 0.8 ** (np.abs(np.diff(x, prepend=0.0)) / most), 0.0, []
+    for part, whole in zip(kept, 1.0 - np.exp(-most / 0.6), strict=True):
+        broken = whole - part * (whole - broken)
+        found.append(broken)
+    return -0.2 * np.array(found)
+
+
 def hardened(x: Floats) -> Floats:
     """By as much in every tenfold of time."""
     return 0.03 * np.log10(1.0 + np.arange(len(x)) * DT_S / 20.0)
@@ -27,6 +37,20 @@ def scaled(gain: Floats) -> Recording:
     def more(data):
         model = compile_model(mount(), 1 / DT_S)
         return gain(data["deformation_mm"]) * model.simulate(model.inputs(data))
+
+    return record(added=more, n=N)
+
+
+def relaxed(gain: Floats) -> Recording:
+    """The spring in front of the relaxation is softened, not the force."""
+
+    def more(data):
+        x = data["deformation_mm"]
+        w = total = gain(x) * (5000.0 * x + 1000.0 * x**3)
+        for share, tau_s in ((0.05, 0.4), (0.04, 60.0)):
+            keep = np.exp(-DT_S / tau_s)
+            total = total + share * (w - lfilter([1.0 - keep], [1.0, -keep], w, zi=[keep * w[0]])[0])
+        return total
 
     return record(added=more, n=N)
 
@@ -45,10 +69,11 @@ def crept() -> Recording:
     ("measured", "word"),
     [
         (lambda: scaled(softened_for_good), "mullins_softening"),
+        (lambda: relaxed(softened_in_cycles), "mullins_softening"),
         (lambda: scaled(hardened), "ageing"),
         (crept, "creep"),
     ],
-    ids=["mullins", "ageing", "creep"],
+    ids=["mullins", "mullins in cycles", "ageing", "creep"],
 )
 def test_it_is_named_and_nothing_is_left(measured, word):
     report = diagnose(mount(), [measured()])
