@@ -2,6 +2,7 @@
 PYTHON ?= python3
 BIN = .venv/bin
 export NUMBA_CACHE_DIR ?= $(CURDIR)/.venv/numba
+export PYTHONDONTWRITEBYTECODE = # the tests start many processes: none translates what another did
 
 .PHONY: help demo test check wheel site bench commission foreign blind fusion integrity thesis clean
 
@@ -14,11 +15,15 @@ help: ## this list
 	$(BIN)/pip install --quiet --disable-pip-version-check -c requirements.lock -e '.[dev]'
 	touch $@
 
+.venv/compiled: .venv/ready $(shell find thrustd -name '*.py')
+	$(BIN)/python -m tests.compiled
+	touch $@
+
 demo: .venv/ready ## replay a reference flight: numbers, estimate log, picture in out/
 	@mkdir -p out
 	$(BIN)/thrustd replay replay_logs/throttle-steps.mcap -o out/demo.mcap --picture out/demo.png
 
-test: .venv/ready ## everything that proves the project
+test: .venv/compiled ## everything that proves the project
 	$(BIN)/python -m pytest -n 2 --dist worksteal $(PYTEST)
 
 check: .venv/ready ## format, lint, types; Python and JavaScript

@@ -36,25 +36,45 @@ def browser(pytestconfig):
 
 @pytest.fixture(scope="module")
 def page_of(browser):
-    """`with page_of(url) as page`: a page of nobody else; complaints of the page's own code fail the test."""
-    return partial(_page, browser)
+    """`with page_of(url) as page`: a page as if of nobody else; complaints of the page's own code fail the test."""
+    return partial(_page, browser, [])
 
 
 @contextmanager
-def _page(browser, url, width=1280, height=800, scheme="light"):
+def _page(browser, free, url, width=1280, height=800, scheme="light"):
+    """A tab that is `free`, else a new one: to open one costs more than most tests do in it."""
     complaints: list[str] = []
-    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    page = free.pop() if free else browser.new_page()
+    page.set_viewport_size({"width": width, "height": height})
+    page.emulate_media(color_scheme=scheme)
     page.set_default_timeout(WAIT_MS)
-    page.on("pageerror", lambda problem: complaints.append(str(problem)))
-    page.on("console", lambda said: complaints.append(said.text) if said.type == "error" else None)
+    heard = {
+        "pageerror": lambda problem: complaints.append(str(problem)),
+        "console": lambda said: complaints.append(said.text) if said.type == "error" else None,
+    }
+    for event, hear in heard.items():
+        page.on(event, hear)
     try:
         page.goto(url)
         yield page
-    finally:
+    except BaseException:
         page.context.close()
+        raise
+    for event, hear in heard.items():
+        page.remove_listener(event, hear)
+    _leave(page)
+    free.append(page)
     expected = ("Failed to load resource",)  # refused requests are what some tests are about
     said = [line for line in complaints if not line.startswith(expected)]
     assert said == [], said
+
+
+def _leave(page):
+    """Nothing of it stays for the next test: no route, no page, nothing that it kept, no pointer over a plot."""
+    page.unroute_all()
+    page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
+    page.goto("about:blank")
+    page.mouse.move(0, 0)
 
 
 def idle(page):

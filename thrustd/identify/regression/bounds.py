@@ -1,7 +1,8 @@
 """Minimum of a quadratic under bounds: of sign, and of how far a number may move in one step."""
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, pinvh, solve_triangular
+from scipy.linalg import pinvh
+from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
 from scipy.optimize import nnls
 
 from thrustd.core.columns import Flags, Floats
@@ -12,19 +13,30 @@ HOLDS = 1e6  # times its precision: what holds a number
 
 def bounded(matrix: Floats, right: Floats, positive: Flags) -> tuple[Floats, Flags]:
     """Minimum of t'At/2 - b't with t[positive] >= 0 (n,), and which of t are free: elimination, then NNLS."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    a, b = matrix * np.outer(scale, scale) + 1e-13 * np.eye(len(right)), right * scale
+    scale = 1.0 / np.sqrt(np.maximum(matrix.diagonal(), 1e-300))
+    a, b = matrix * (scale[:, None] * scale), np.asarray_chkfinite(right * scale)
+    a.flat[:: len(b) + 1] += 1e-13
+    if not positive.any():
+        return _solved(factor(a), b) * scale, ~positive
     p, q = np.flatnonzero(positive), np.flatnonzero(~positive)
-    t = np.zeros(len(b))
-    root_q = factor(a[np.ix_(q, q)])
-    if len(p):
-        across = cho_solve(root_q, a[np.ix_(q, p)])
-        schur = a[np.ix_(p, p)] - a[np.ix_(p, q)] @ across
-        left = b[p] - across.T @ b[q]
-        root = np.linalg.cholesky(schur + 1e-12 * np.eye(len(p)) * np.trace(schur) / len(p))
-        t[p] = nnls(root.T, solve_triangular(root, left, lower=True), maxiter=50 * len(p))[0]
-    t[q] = cho_solve(root_q, b[q] - a[np.ix_(q, p)] @ t[p])
+    t, of_p, of_q = np.zeros(len(b)), p[:, None], q[:, None]
+    root_q, a_qp = factor(a[of_q, q]), a[of_q, p]
+    across = _solved(root_q, a_qp)
+    schur = a[of_p, p] - a[of_p, q] @ across
+    left = b[p] - across.T @ b[q]
+    schur.flat[:: len(p) + 1] += 1e-12 * np.trace(schur) / len(p)
+    root = np.linalg.cholesky(schur)
+    t[p] = nnls(root.T, dtrtrs(root.T, left, trans=True)[0], maxiter=50 * len(p))[0]
+    t[q] = _solved(root_q, b[q] - a_qp @ t[p])
     return t * scale, ~positive | (t > 0.0)
+
+
+def _solved(root: tuple[Floats, bool], right: Floats) -> Floats:
+    """scipy's `cho_solve`, called so often on so little that its looking at what it is given was most of it."""
+    if not right.size:
+        return np.zeros(right.shape)
+    found: Floats = dpotrs(root[0], right, lower=root[1])[0]
+    return found
 
 
 def within_reach(matrix: Floats, right: Floats, positive: Flags, reach: tuple[Floats, Floats]) -> tuple[Floats, Flags]:
@@ -43,13 +55,13 @@ def within_reach(matrix: Floats, right: Floats, positive: Flags, reach: tuple[Fl
 
 
 def factor(matrix: Floats) -> tuple[Floats, bool]:
-    """Of a matrix that rounding may have left without its last digits of definiteness."""
+    """Of a matrix that rounding may have left without its last digits of definiteness; for `cho_solve`."""
+    if not len(np.asarray_chkfinite(matrix)):  # LAPACK would take a number that is none
+        return matrix, False
     for ridge in (0.0, 1e-11, 1e-9, 1e-7):
-        try:
-            found: tuple[Floats, bool] = cho_factor(matrix + ridge * np.eye(len(matrix)))
-        except np.linalg.LinAlgError:
-            continue
-        return found
+        root, failed = dpotrf(matrix + ridge * np.eye(len(matrix)) if ridge else matrix, clean=False)
+        if not failed:
+            return root, False
     raise ModelError("these data and this model do not determine a curve: no positive information; expected more data")
 
 
