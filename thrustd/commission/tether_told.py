@@ -140,19 +140,15 @@ def _beyond(solved: Solved, zero: int, slope: int, begins_mm: float) -> Beyond:
 
 
 def _together(run: Run, engine: int, solved: Solved) -> Fitted:
-    """Slope of the force of all its mounts over their load, at one temperature.
+    """Gain of all its mounts at the run's highest power: the cell tells their sum, not each of them.
 
-    The cell tells it far better than any number alone: a gain that is off has the bow, the friction, a zero and the
-    other mount's gain against it. Growth is left out, because a flight is colder than the run.
+    Bow, friction and zero that go with it are not taken off: a flight does not go the run's way.
     """
-    ours = run.runs & (np.array(run.engine_of) == engine)
-    design = np.column_stack(list(columns(run, ours).values()))
-    load_n = np.nansum(run.force_n * ours, axis=1)
-    good = run.counts & ours.any(axis=1) & np.isfinite(design).all(axis=1)
-    line = np.column_stack((load_n[good], np.ones(good.sum())))
-    row = np.append(np.linalg.lstsq(line, design[good], rcond=None)[0][0], [0.0, 0.0])  # nothing of the cell's
-    at = places(run)
-    row[at["growth"] : at["bow"]] = 0.0
+    mine, at = [i for i, e in enumerate(run.engine_of) if e == engine], places(run)
+    forces_n = np.array([_highest(run, i).model_n for i in mine])
+    row = np.zeros(len(solved.mean))
+    row[at["gain"] + engine] = 1.0
+    row[[at["own"] + i for i in mine]] = forces_n / forces_n.sum()
     value, std, before = solved.along(row)
     return Fitted(f"both gains of {run.engines[engine]}", "-", 1.0 + value, SIGMAS_95 * std, SIGMAS_95 * before)
 

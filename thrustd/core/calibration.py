@@ -96,7 +96,7 @@ class MountCalibration(Section, frozen=True):
 class EngineCalibration(Section, frozen=True):
     """Of all mounts of one engine together: a load cell tells their sum better than each of them."""
 
-    gain_std: Std  # of the slope of their forces together over the load, by all that the run has told
+    gain_std: Std  # of the sum of their forces in the aircraft over that of the models
 
 
 class Drag(Section, frozen=True):
