@@ -2,6 +2,7 @@
 
 import json
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -13,7 +14,14 @@ from thrustd.commission.tether_file import with_tether
 from thrustd.commission.tether_models import rubbing
 from thrustd.commission.zero import MountZero, with_zeros
 from thrustd.core.aircraft import MountPlace
-from thrustd.core.calibration import Calibration, MountCalibration, Zero, read_calibration, write_calibration
+from thrustd.core.calibration import (
+    Calibration,
+    EngineCalibration,
+    MountCalibration,
+    Zero,
+    read_calibration,
+    write_calibration,
+)
 from thrustd.core.errors import ConfigError, RecordingError, ThrustdError
 from thrustd.installation.installation import read_installation
 from thrustd.installation.shipped import shipped
@@ -352,9 +360,13 @@ def test_a_tethered_run_narrows_what_nobody_had_measured_of_the_installation(tmp
     told = {"gain": 1.01, "gain_std": 0.004, "expansion_std_mm_k": 5e-5}
     mounts = {name: MountCalibration(zeros=zeros, **told) for name in MOUNTS}
     before = with_calibration(tmp_path, Calibration(on="2026-01-01", mount=mounts)).aircraft().installation
-    after = with_calibration(tmp_path, Calibration(on="2026-01-01", tethered="2026-01-01", mount=mounts))
+    both = {"left": EngineCalibration(0.0021), "right": EngineCalibration(0.0018)}
+    run = Calibration(on="2026-01-01", tethered="2026-01-01", mount=mounts, engine=both)
+    after = with_calibration(tmp_path, run)
     left = after.aircraft().installation
-    assert (left.scale, left.told_scale, left.zero_n) == (0.0, 0.004, 0.0)  # they are in the mounts' own sigma
+    assert (left.scale, left.told_scale, left.zero_n) == (0.0, 0.0021, 0.0)  # they are in the mounts' own sigma
+    older = with_calibration(tmp_path, msgspec.structs.replace(run, engine={})).aircraft().installation
+    assert older.told_scale == 0.004  # it does not say what both share
     assert left.drag_m2 == before.drag_m2
     means = after.pipeline()._sources[0]._means[0]
     assert (means["stiffness_std"], means["zero_std_mm"]) == (0.004, 0.002)
@@ -403,7 +415,8 @@ def test_hours_are_counted_once_per_run(static_run, tmp_path, capsys):
 def test_the_file_is_read_as_it_was_written_and_refuses_what_no_mount_has():
     zeros = tuple(Zero(on=f"2026-01-{day:02d}", mm=0.001 * day, std_mm=0.0005) for day in (1, 11, 21))
     mount = MountCalibration(zeros=zeros, read_mm=(0.0, 1.0), true_mm=(0.0, 1.01), gain_std=0.002, service_h=2.5)
-    whole = Calibration(on="2026-01-21", mount={"left_upper": mount}, runs=("a", "b"))
+    both = {"left": EngineCalibration(0.0021)}
+    whole = Calibration(on="2026-01-21", mount={"left_upper": mount}, engine=both, runs=("a", "b"))
     assert read_calibration(write_calibration(whole), "c") == whole
     for text in (
         'on = "2026-01-01"\n[mount.x]\nzeros = [{on = "2026-01-01", mm = 0.3, std_mm = 0.001}]',
@@ -417,3 +430,5 @@ def test_the_file_is_read_as_it_was_written_and_refuses_what_no_mount_has():
     assert read_calibration(loaded, "c").of("x").zero_mm == 0.07  # found under load: friction held the rest
     with pytest.raises(ThrustdError, match=r"mount\.nobody: expected one of left_upper"):
         with_calibration(None, Calibration(on="2026-01-01", mount={"nobody": mount})).parts()
+    with pytest.raises(ThrustdError, match=r"engine\.middle: expected one of left, right"):
+        with_calibration(None, Calibration(on="2026-01-01", engine={"middle": EngineCalibration(0.002)})).parts()

@@ -100,8 +100,9 @@ def test_a_tethered_run_keeps_what_was_seen_that_day_and_the_date_goes_on_from_i
     walked = looked(days, [0.001 * day for day in days])
     walked = msgspec.structs.replace(walked, recalibrate_by=recalibrate_by(walked))
     line = Line(expansion_mm_k=0.0, expansion_std_mm_k=1e-4, reference_degc=20.0, bow_mm=0.0, range_mm=1.5)
-    fit = TetherFit(gains={"left_upper": (1.0, 0.003)}, zeros_mm={"left_upper": (-0.004, 0.001)},
-                    frictions={"left_upper": 1.0}, beyond={}, lines={"left_upper": line}, numbers=[], before_n=0.0,
+    fit = TetherFit(gains={"left_upper": (1.0, 0.003)}, engine_stds={"left": 0.002},
+                    zeros_mm={"left_upper": (-0.004, 0.001)}, frictions={"left_upper": 1.0}, beyond={},
+                    lines={"left_upper": line}, numbers=[], before_n=0.0,
                     after_n=0.0, lag_s=0.0, bands_n=[], remarks=[])  # fmt: skip
     after = with_tether(walked, fit, walked.on, "cell")
     last = after.of("left_upper").zeros[-1]

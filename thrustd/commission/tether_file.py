@@ -5,7 +5,7 @@ import numpy as np
 
 from thrustd.commission.recalibrate import recalibrate_by
 from thrustd.commission.tether_told import ENGINE_STD, Beyond, Line, TetherFit
-from thrustd.core.calibration import Calibration, MountCalibration, Zero
+from thrustd.core.calibration import Calibration, EngineCalibration, MountCalibration, Zero
 from thrustd.core.errors import RecordingError
 
 FAR = 5.0  # sigmas of what an installation does: a gain out there is the cell's or the rope's
@@ -35,7 +35,8 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str, cell: str) ->
             reference_degc=round(line.reference_degc, 3),
             zeros=(*(kept for kept in old.zeros if kept.on < on), zero),  # later ones were beside other numbers
         )
-    changed = msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts)
+    engines = {name: EngineCalibration(max(round(std, 6), 1e-6)) for name, std in fit.engine_stds.items()}
+    changed = msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts, engine=engines)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
 
 

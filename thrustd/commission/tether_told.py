@@ -43,6 +43,7 @@ class Fitted:
 @dataclass(frozen=True, slots=True)
 class TetherFit:
     gains: dict[str, tuple[float, float]]  # by mount: factor, sigma
+    engine_stds: dict[str, float]  # by engine: sigma of the gain of all its mounts together
     zeros_mm: dict[str, tuple[float, float]]  # by mount: what is left of its zero, sigma
     lines: dict[str, "Line"]
     frictions: dict[str, float]  # by mount: factor
@@ -86,9 +87,12 @@ class Solved(NamedTuple):
 
     def sum_of(self, *numbers: int) -> tuple[float, float, float]:
         """Of these numbers: value, sigma, sigma before."""
-        row = np.isin(np.arange(len(self.mean)), numbers)
-        variance = float(self.covariance[np.ix_(row, row)].sum())
-        return float(self.mean[row].sum()), sqrt(variance), sqrt(float(np.sum(self.prior[row] ** 2)))
+        return self.along(np.isin(np.arange(len(self.mean)), numbers).astype(float))
+
+    def along(self, row: Floats) -> tuple[float, float, float]:
+        """Of as much of every number as `row` (n,) says: the same."""
+        stds = sqrt(float(row @ self.covariance @ row)), sqrt(float(row**2 @ self.prior**2))
+        return float(row @ self.mean), *stds
 
     def fitted(self, what: str, unit: str, *numbers: int) -> Fitted:
         scale, base = (1.0, 1.0) if unit == "-" else (1e3, 0.0)
@@ -117,10 +121,12 @@ def told_by(run: Run, installation: Installation, solved: Solved, before_n: floa
         numbers.append(solved.fitted(f"growth of {engine}", "um/K", at["growth"] + e))
         numbers += [] if run.straight[e] else [solved.fitted(f"bow of {engine}", "um", at["bow"] + e)]
         numbers.append(solved.fitted(f"friction of {engine}", "-", at["friction"] + e))
+    together = [_together(run, e, solved) for e in range(len(run.engines))]
+    engine_stds = {engine: one.half_width / SIGMAS_95 for engine, one in zip(run.engines, together, strict=True)}
     pairs = [e for e in range(len(run.engines)) if run.engine_of.count(e) == 2]
-    numbers += [_share(run, e, solved) for e in pairs]
+    numbers += [together[e] for e in pairs] + [_share(run, e, solved) for e in pairs]
     bands, remarks = _bands(run, installation, gains, zeros), _how_it_hangs(numbers, installation)
-    known = gains, zeros, lines, frictions, beyond, numbers
+    known = gains, engine_stds, zeros, lines, frictions, beyond, numbers
     return TetherFit(*known, before_n, solved.left_n, lag_s, bands, remarks)
 
 
@@ -131,6 +137,20 @@ def _beyond(solved: Solved, zero: int, slope: int, begins_mm: float) -> Beyond:
     told_mm = min(max(shared / std**2, 0.0), begins_mm)
     alone_mm2 = zero_std**2 - 2.0 * told_mm * shared + (told_mm * std) ** 2
     return Beyond(1.0 + more, std, told_mm, sqrt(alone_mm2))
+
+
+def _together(run: Run, engine: int, solved: Solved) -> Fitted:
+    """Gain of all its mounts at the run's highest power: the cell tells their sum, not each of them.
+
+    Bow, friction and zero that go with it are not taken off: a flight does not go the run's way.
+    """
+    mine, at = [i for i, e in enumerate(run.engine_of) if e == engine], places(run)
+    forces_n = np.array([_highest(run, i).model_n for i in mine])
+    row = np.zeros(len(solved.mean))
+    row[at["gain"] + engine] = 1.0
+    row[[at["own"] + i for i in mine]] = forces_n / forces_n.sum()
+    value, std, before = solved.along(row)
+    return Fitted(f"both gains of {run.engines[engine]}", "-", 1.0 + value, SIGMAS_95 * std, SIGMAS_95 * before)
 
 
 def _share(run: Run, engine: int, solved: Solved) -> Fitted:

@@ -93,6 +93,12 @@ class MountCalibration(Section, frozen=True):
         return self.zeros[-1].std_mm if self.zeros else None
 
 
+class EngineCalibration(Section, frozen=True):
+    """Of all mounts of one engine together: a load cell tells their sum better than each of them."""
+
+    gain_std: Std  # of the sum of their forces in the aircraft over that of the models
+
+
 class Drag(Section, frozen=True):
     """Of one engine's nacelle, over dynamic pressure."""
 
@@ -106,6 +112,7 @@ class Calibration(Section, frozen=True):
 
     on: Day  # of the last change
     mount: dict[str, MountCalibration] = msgspec.field(default_factory=dict)  # by name in the configuration
+    engine: dict[str, EngineCalibration] = msgspec.field(default_factory=dict)  # the same; older files: none
     runs: tuple[str, ...] = ()  # whose hours are counted
     tethered: Day | None = None
     drag: Drag | None = None
@@ -149,6 +156,8 @@ def write_calibration(calibration: Calibration) -> str:
     if (drag := calibration.drag) is not None:
         lines.append(f'drag = {{ on = "{drag.on}", m2 = {drag.m2:.5f}, std_m2 = {drag.std_m2:.5f} }}')
     lines += [f"runs = {list(calibration.runs)}".replace("'", '"')] if calibration.runs else []
+    for name, engine in calibration.engine.items():
+        lines += ["", f"[engine.{name}]", f"gain_std = {engine.gain_std!r}"]
     for name, mount in calibration.mount.items():
         lines += ["", f"[mount.{name}]"]
         lines += [f"zeros = [{', '.join(map(_row, mount.zeros))}]"] if mount.zeros else []

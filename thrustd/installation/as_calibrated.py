@@ -29,6 +29,14 @@ def placed(aircraft: AircraftData, config: Config, where: str) -> AircraftData:
     return msgspec.structs.replace(aircraft, cant={name: cant for name, cant in found.items() if cant is not None})
 
 
+def check_names(calibration: Calibration, config: Config, where: str) -> None:
+    """ConfigError where the file names a mount or an engine that the configuration has not."""
+    mounts, engines = [mount.name for mount in config.mount], config.aircraft.engines
+    for table, owners, known in (("mount", calibration.mount, mounts), ("engine", calibration.engine, engines)):
+        if unknown := [owner for owner in owners if owner not in known]:
+            raise ConfigError(f"{where}: {table}.{unknown[0]}: expected one of {', '.join(known)}")
+
+
 def as_estimated(aircraft: AircraftData, specs: Sequence[ModelSpec]) -> AircraftData:
     """With nothing unsure of the inertia where all models have a sigma of their own for it."""
     if not all(_estimated(spec) for spec in specs):
@@ -45,6 +53,8 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
 
     What the run leaves of zeros and gains is in the sigma of each mount (`mounts.step`), and only there. Added up in
     squares these hold what the run leaves of both together: the difference of two mounts is what it does not tell.
+    What both share, the scale that somebody may doubt, is the run's for all mounts of an engine; an older file has each
+    mount's alone, which has the difference in it.
     """
     if calibration is not None and calibration.drag is not None:
         left = msgspec.structs.replace(aircraft.installation, drag_m2=calibration.drag.std_m2)
@@ -59,7 +69,8 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
     now = {"temperature_n": sum(aircraft.spring_n_mm) * max(grows_mm, default=1.0)}
     gain_stds = [mount.gain_std for mount in mounts if mount.gain_std is not None]
     if len(gain_stds) == len(mounts) > 0:
-        now |= {"scale": 0.0, "told_scale": min(known.scale, max(gain_stds))}
+        shared = [engine.gain_std for engine in calibration.engine.values()] or gain_stds
+        now |= {"scale": 0.0, "told_scale": min(known.scale, max(shared))}
     if mounts and all(mount.zeros for mount in mounts):
         now |= {"zero_n": 0.0}
     return msgspec.structs.replace(aircraft, installation=msgspec.structs.replace(known, **now))

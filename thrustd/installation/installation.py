@@ -19,7 +19,7 @@ from thrustd.core.config import Config, Mount, read_config, section
 from thrustd.core.errors import ConfigError, LogError, ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings, check_settings
-from thrustd.installation.as_calibrated import as_calibrated, as_estimated, placed
+from thrustd.installation.as_calibrated import as_calibrated, as_estimated, check_names, placed
 from thrustd.installation.shipped import shipped
 from thrustd.installation.signature import SIGNATURE, check_signature, manifest
 from thrustd.model.artifact import ModelSpec, read_model
@@ -105,10 +105,7 @@ class Installation:
         if name is None:
             return None
         found = read_calibration(self._text(name), self._place(name))
-        known = [mount.name for mount in self.config.mount]
-        for mount in found.mount:
-            if mount not in known:
-                raise ConfigError(f"{self._place(name)}: mount.{mount}: expected one of {', '.join(known)}")
+        check_names(found, self.config, self._place(name))
         return found
 
     def aircraft(self) -> AircraftData:
