@@ -18,6 +18,7 @@ from thrustd.sensors.positive import factor
 
 FAULT_REACH_N = 4000.0
 FAULT_S, LASTING_S = 300.0, 20_000.0  # of a fault since its onset, of one that was always there
+ROUGH = 0.01  # of a fault goes with nothing: a mount that lags is shaken by loads that it does not show
 ROOT_3 = 3.0**0.5
 
 
@@ -46,7 +47,7 @@ def fault_shape(rows: Floats, level_n: Floats, lasts_s: float) -> Floats:
         for j in range(i + 1):
             apart_s, moved_n = abs(rows[i, T_S] - rows[j, T_S]), abs(level_n[i] - level_n[j])
             shape[i, j] = smooth(apart_s / lasts_s) * smooth(moved_n / FAULT_REACH_N)
-        shape[i, i] += 1e-6
+        shape[i, i] += ROUGH**2
     factor(shape, n)
     return shape
 

@@ -14,7 +14,8 @@ fails does not. Its errors, each a Gaussian of the flight or of some time, as pa
                                             605 to 1410 N within 100 s (docs/accuracy.md)
     shaking   from row to row, as seen beside the source that goes with it best; a row is the mean of its steps
 
-Brakes are not known: on the ground it counts only while the aircraft accelerates by more than they could let it. It may
+Brakes are not known: on the ground it counts only while the aircraft accelerates by more than they could let it, and no
+wing could bear it. It may
 lie (a gust, an air brake, its own sensor): then at best as well as the hypothesis that fits it best, so that it never
 makes one likelier than another by more than 1 / LIES.
 
@@ -57,7 +58,7 @@ from thrustd.sensors.positive import factor_large, forward
 DRAG, LIFT, ROLLS, SLOW, SLOW_S = 0.04, 0.1, 0.02, 0.026, 100.0  # of S q or of the weight
 SHAKES, LEAST_SHAKES, NEW, RARE = 0.01, 0.002, 0.1, 3.0  # of the weight at first; from row to row; sigmas
 LATE_S, LATE_LASTS_S = 0.8, 4.0  # another engine's row is as old
-FLIES_MACH, ROLLS_G = 0.2, 0.1
+FLIES_MACH, ROLLS_G, MOST_LIFT = 0.2, 0.1, 2.0  # in between it may rotate, and lift points forward at once
 LIES = 1e-3
 DOUBT = 0.05
 
@@ -98,7 +99,8 @@ def moves(others: Any, e: int, row: Floats, motion: Motion, trusted: bool) -> No
             else:
                 row[BY_MOTION_N] -= newest[SAID + FUEL_FLOW] + 0.5 * apart_n
                 row[OTHERS_STD_N] += 0.5 * apart_n
-    if trusted and motion.weight_n > 0.0 and (row[MACH] > FLIES_MACH or row[ALONG_G] > ROLLS_G):
+    wheels_bear = row[PRESSURE_PA] * motion.wing_m2 * MOST_LIFT < motion.weight_n
+    if trusted and motion.weight_n > 0.0 and (row[MACH] > FLIES_MACH or (row[ALONG_G] > ROLLS_G and wheels_bear)):
         row[MOVES] = 1.0
     before, shakes_n = others[e].rows[0], motion.weight_n * SHAKES
     if others[e].n > 0 and before[MOVES] * row[MOVES] != 0.0:

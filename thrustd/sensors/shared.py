@@ -25,7 +25,7 @@ from thrustd.core.jit import compiled
 from thrustd.sensors.errors import REACH_MACH
 from thrustd.sensors.evidence import log_pushes, sum_up
 from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
-from thrustd.sensors.fault_shape import FAULT_REACH_N, FAULT_S, smooth
+from thrustd.sensors.fault_shape import FAULT_REACH_N, FAULT_S, ROUGH, smooth
 from thrustd.sensors.kinematics import Bias, shown
 from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, LIKE, NEW, SIZES_N, STAYS, WELL
 from thrustd.sensors.positive import factor
@@ -101,7 +101,7 @@ def _lasting(at: Floats, reach: float, level_n: Floats) -> Floats:
             shape[i, j] = smooth(abs(at[j] - at[i]) / reach)
             if len(level_n):
                 shape[i, j] *= smooth(abs(level_n[j] - level_n[i]) / FAULT_REACH_N)
-        shape[i, i] += 1e-6
+        shape[i, i] += ROUGH**2 if len(level_n) else 1e-6
     factor(shape, n)
     return shape
 
