@@ -250,6 +250,7 @@ def of_scale(scene: Scene, installed: Installed, told: Told) -> None:
     sigma that the rows favour most, max over s of p(y | s) / p(y | 0) = exp((z^2 - 1) / 2) / |z| where |z| > 1, else 1.
     Who doubts the scale takes no zero for granted, nor anything else that no bench shows: a scale would be known from
     how little mounts and brochure differ at idle, where a zero hides it.
+    One installation in twenty-five is off by a scale; behind a tethered run, which measured it, that is a fault.
     Reference: Berger & Sellke, Testing a point null hypothesis, J. Am. Stat. Assoc. 82 (1987) 112.
     """
     rows, n, pattern = scene.rows, scene.n, pattern_of(MOUNTS_OFF, scene.parts)
@@ -267,7 +268,7 @@ def of_scale(scene: Scene, installed: Installed, told: Told) -> None:
             q += rows[i, LEVEL_N] * rows[j, LEVEL_N] * alone.f[i, j]
     z2 = sigma2 * g * g / (1.0 + sigma2 * q)
     ratio = 0.5 * (z2 - 1.0 - log(z2)) if z2 > 1.0 else 0.0
-    prior = STAYS if scene.found == SCALE_OFF else SCALED
+    prior = STAYS if scene.found == SCALE_OFF else SCALED if installed.scale > 0.0 else ALWAYS[MOUNTS_OFF - 1]
     _, moved_n, more_n2 = answer(solve(1.0, n, seen, shape, room_for(n)), 0.0, 0.0)
     _tell(told, log(prior) + ratio, moved_n, more_n2)
 
