@@ -218,7 +218,7 @@ def test_a_scale_that_was_measured_costs_no_band():
 
 
 def test_a_scale_that_a_tethered_run_has_told_is_doubted_as_any_fault_and_in_the_band_once():
-    """The mounts' own sigma has what the run left of zero and scale; a hypothesis doubts the scale, but not as often."""
+    """The mounts' own sigma has what the run left of zero and scale; one hypothesis doubts the scale, less often."""
     out, heard = np.zeros((2, onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD)
     bare = INSTALLED._replace(zero_n=0.0, scale=0.0)
     *_, (rows, n) = flown(lambda t_s: [0.0] * 5, 60.0)
