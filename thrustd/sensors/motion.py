@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from thrustd.core.aircraft import ANY_MASS_KG, AircraftData, Installed
-from thrustd.core.columns import Floats, Integers
+from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.sensors.errors import SILENT_N2, THRUST_N2, Parts, as_on_the_bench, covariance
@@ -156,47 +156,34 @@ def beside(
 
 
 @compiled
-def _log_of_all(rows: Floats, n: int, c: Floats, sources: Integers, sign: float, engines: int, motion: Motion) -> float:
-    """ln p of what the motion says if these sources are well, of all engines; the others err as this one does.
-
-    `c` (5 n, 5 n): covariance of what all sources say; `sign`: of what lies between both kinds in `OTHERS_STD_N`.
-    """
-    seen, apart_n, wide, per = rows[:n].copy(), np.zeros(n), np.zeros((n, n)), 1.0 if len(sources) == 2 else 1.0 / 3.0
-    seen[:, OTHERS_STD_N] = 0.0
-    for a in range(n):
-        counts = rows[a, MOVES]
-        for s in range(FUEL_FLOW + 1):  # N1 and N2 that are gone are not missed where fuel flow stands for all
-            counts *= rows[a, COUNTS + s]
-        for s in sources:
-            counts *= rows[a, COUNTS + s]
-        seen[a, MOVES], wide[a, a] = 1.0 if counts != 0.0 else 0.0, SILENT_N2
-        if counts == 0.0:
-            continue
-        apart_n[a] = rows[a, BY_MOTION_N] + sign * rows[a, OTHERS_STD_N]
-        for s in sources:
-            apart_n[a] -= per * rows[a, SAID + s]
-        for b in range(a + 1):
-            if seen[b, MOVES] != 0.0:
-                err_n2 = 0.0
-                for s in sources:
-                    for r in sources:
-                        err_n2 += per * per * c[a * N_SOURCES + s, b * N_SOURCES + r]
-                err_n2 -= THRUST_N2 if a == b else 0.0
-                wide[a, b] = wide[b, a] = engines * engines * err_n2 + _errors_n2(seen, a, b, motion)
-    factor_large(wide)
-    forward(wide, apart_n)
-    return float(-0.5 * np.sum(apart_n**2) - np.sum(np.log(np.diag(wide))))
-
-
-@compiled
 def all_moves(rows: Floats, n: int, share: float, installed: Installed, engines: int, motion: Motion) -> float:
     """ln of the odds that the mounts of all engines are wrong, and not all brochures, by the motion alone.
 
-    Either gives all thrusts at once, so nothing of it is taken from who is in doubt himself.
+    Either gives all thrusts at once, so nothing of it is taken from who is in doubt himself; other engines err as this
+    one does. Both are judged by the errors of both: who fails slowly still shows what changes.
     """
     c = covariance(rows, n, (share, 1.0 - share, 1.0, 1.0, 1.0), as_on_the_bench(installed))
-    by_brochure = _log_of_all(rows, n, c, np.arange(FUEL_FLOW, N_SOURCES), 1.0, engines, motion)
-    return by_brochure - _log_of_all(rows, n, c, np.arange(FUEL_FLOW), -1.0, engines, motion)
+    seen, wide, by_mounts, by_brochure = rows[:n].copy(), np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    seen[:, OTHERS_STD_N] = 0.0
+    for a in range(n):
+        for s in range(N_SOURCES):
+            seen[a, MOVES] *= rows[a, COUNTS + s]
+        wide[a, a] = SILENT_N2
+        if seen[a, MOVES] == 0.0:
+            continue
+        said, half_n = rows[a, SAID : SAID + N_SOURCES], rows[a, OTHERS_STD_N]
+        by_mounts[a] = rows[a, BY_MOTION_N] - half_n - said[UPPER] - said[LOWER]
+        by_brochure[a] = rows[a, BY_MOTION_N] + half_n - np.mean(said[FUEL_FLOW:])
+        for b in range(a + 1):
+            if seen[b, MOVES] != 0.0:
+                block = c[a * N_SOURCES : (a + 1) * N_SOURCES, b * N_SOURCES : (b + 1) * N_SOURCES]
+                errors_n2 = np.sum(block[:FUEL_FLOW, :FUEL_FLOW]) + np.mean(block[FUEL_FLOW:, FUEL_FLOW:])
+                errors_n2 -= 2.0 * THRUST_N2 if a == b else 0.0
+                wide[a, b] = wide[b, a] = engines**2 * errors_n2 + _errors_n2(seen, a, b, motion)
+    factor_large(wide)
+    forward(wide, by_mounts)
+    forward(wide, by_brochure)
+    return float(0.5 * (np.sum(by_mounts**2) - np.sum(by_brochure**2)))
 
 
 @compiled
