@@ -19,9 +19,10 @@ from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.ranking import exchanged, look
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
-from thrustd.identify.regression.sweep import normal_equations, simulate
+from thrustd.identify.regression.sweep import normal_equations
 from thrustd.identify.regression.table import std_of
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import EffectSpec
