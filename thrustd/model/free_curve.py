@@ -38,7 +38,7 @@ _WHAT = re.compile(rf"{_ONE}(?:( - | \* ){_ONE})?")
 
 
 @jit
-def followed(c: Floats, u: Floats, n: int) -> float:
+def followed(n: int, c: Floats, u: Floats) -> float:
     """What it follows, as far as it goes on."""
     q = u[0]
     if c[1] == 1.0:
@@ -52,7 +52,7 @@ def followed(c: Floats, u: Floats, n: int) -> float:
 @jit
 def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
     n = c.size // 2 - 1  # c: whether a gain, sign between two channels, places (n,), heights (n,)
-    at = followed(c, u, n)
+    at = followed(n, c, u)
     i = 2
     while i < n and at > c[i + 1]:
         i += 1
@@ -67,7 +67,7 @@ def elements(x: Floats, c: Floats, u: Floats, wanted: Flags, out: Floats) -> Non
     n, row = c.size // 2 - 1, 0
     for k in range(u.shape[0]):
         if wanted[k]:
-            at, low, high = followed(c, u[k], n), 2, n
+            at, low, high = followed(n, c, u[k]), 2, n
             while low < high:
                 middle = (low + high) // 2
                 if at > c[middle + 1]:
