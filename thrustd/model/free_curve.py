@@ -15,7 +15,7 @@ from functools import cache
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import ModelError
 from thrustd.model.effect import Effect, Parameter, Site
 from thrustd.model.stage import jit
@@ -38,21 +38,46 @@ _WHAT = re.compile(rf"{_ONE}(?:( - | \* ){_ONE})?")
 
 
 @jit
-def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
-    n = c.size // 2 - 1  # c: whether a gain, sign between two channels, places (n,), heights (n,)
+def followed(n: int, c: Floats, u: Floats) -> float:
+    """What it follows, as far as it goes on."""
     q = u[0]
     if c[1] == 1.0:
         q = u[1] - u[0]
     elif c[1] == 2.0:
         q = u[0] * u[1]
     way = c[1 + n] - c[2]
-    at = min(max(q, c[2] - way), c[1 + n] + way)
+    return min(max(q, c[2] - way), c[1 + n] + way)
+
+
+@jit
+def step(x: Floats, c: Floats, u: Floats, v: float) -> float:
+    n = c.size // 2 - 1  # c: whether a gain, sign between two channels, places (n,), heights (n,)
+    at = followed(n, c, u)
     i = 2
     while i < n and at > c[i + 1]:
         i += 1
     share = (at - c[i]) / (c[i + 1] - c[i])
     height = (1.0 - share) * c[n + i] + share * c[n + i + 1]
     return v * (1.0 + height) if c[0] == 1.0 else v + height
+
+
+@jit
+def elements(x: Floats, c: Floats, u: Floats, wanted: Flags, out: Floats) -> None:
+    """What each height adds by 1, to a gain in units of the force."""
+    n, row = c.size // 2 - 1, 0
+    for k in range(u.shape[0]):
+        if wanted[k]:
+            at, low, high = followed(n, c, u[k]), 2, n
+            while low < high:
+                middle = (low + high) // 2
+                if at > c[middle + 1]:
+                    low = middle + 1
+                else:
+                    high = middle
+            share = (at - c[low]) / (c[low + 1] - c[low])
+            out[row] = 0.0
+            out[row, low - 2], out[row, low - 1] = 1.0 - share, share
+            row += 1
 
 
 def is_curve(name: str) -> bool:
@@ -152,6 +177,7 @@ def curve_named(name: str) -> Effect:
         step=step,
         prepare=prepare,
         n_state=0,
+        elements=elements,
         equation=f"{EQUATIONS[site]}, q = {channel}",
         source="a broken line through what the residual follows, no law",
         separating_test=f"move {' and '.join(parts)} at constant thrust",

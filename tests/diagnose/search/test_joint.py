@@ -21,8 +21,9 @@ from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
-from thrustd.identify.regression.sweep import normal_equations, simulate
+from thrustd.identify.regression.sweep import normal_equations
 from thrustd.identify.regression.table import std_of
+from thrustd.identify.regression.touched import run_apart
 from thrustd.identify.segments import segments_of
 from thrustd.model.artifact import EffectSpec
 from thrustd.model.compile import compile_model
@@ -240,9 +241,9 @@ def test_a_fit_passes_through_the_record_no_more_often_than_it_gains(monkeypatch
 
     def ran(*told):
         runs.append(told)
-        return simulate(*told)
+        return run_apart(*told)
 
-    for module, attribute, counted_run in (("solve", "normal_equations", passed), ("sweep", "simulate", ran)):
+    for module, attribute, counted_run in (("solve", "normal_equations", passed), ("touched", "run_apart", ran)):
         monkeypatch.setattr(import_module(f"thrustd.identify.regression.{module}"), attribute, counted_run)
     joint_fit(base, rows, (term,), np.array(begin_at(term)))
     assert len(passes) <= 4 and not runs

@@ -6,12 +6,13 @@ from scipy.signal import lfilter
 
 from thrustd.identify.regression import hypotheses
 from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.hypotheses import Asked, explained
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import fewer
 from thrustd.identify.regression.regress import first_point
 from thrustd.identify.regression.shape import Shape
-from thrustd.identify.regression.sweep import columns, simulate
+from thrustd.identify.regression.sweep import columns
 from thrustd.identify.report import errors_of
 from thrustd.identify.segments import segments_of
 from thrustd.identify.structures import structure_named

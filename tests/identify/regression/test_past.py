@@ -6,9 +6,9 @@ from scipy.signal import lfilter
 
 from tests.identify.regression.test_walk import DT_S, NOISE_N, rubber
 from thrustd.identify.first_state import beginning_of
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.hypotheses import records_for
 from thrustd.identify.regression.regress import regress
-from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import Segment
 
 

@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from thrustd.identify.first_state import Beginning, begun_at
 from thrustd.identify.regression.bounds import bounded
 from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.friction import BESIDE, branched, law_of
 from thrustd.identify.regression.general import MOUNT
 from thrustd.identify.regression.hypotheses import explained, records_for
@@ -19,7 +20,7 @@ from thrustd.identify.regression.posterior import information_of, kept, point_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import first_point, prepared, regress
 from thrustd.identify.regression.solve import noise_level, prior_of, solve
-from thrustd.identify.regression.sweep import columns, normal_equations, simulate
+from thrustd.identify.regression.sweep import columns, normal_equations
 from thrustd.identify.regression.terms import APART, NUDGE, at_start
 from thrustd.identify.segments import Segment
 from thrustd.identify.sensitivity import residuals

@@ -7,10 +7,10 @@ import pytest
 from scipy.signal import lfilter
 
 from thrustd.bench.plan_test import BenchPlan, programme
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.hypotheses import records_for
 from thrustd.identify.regression.posterior import _over, kept, walk_n
 from thrustd.identify.regression.regress import LAGS, regress, with_walk
-from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.regression.terms import split
 from thrustd.identify.regression.walk import ELSEWHERE, HOURS, hours_of, is_walk, walks
 from thrustd.identify.segments import Segment, segments_of

@@ -10,8 +10,8 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import GAIN, combined, curve_term, heights_of, places_of
 from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.sweep import simulate
 from thrustd.model.effect import Site
 from thrustd.model.free_curve import CURVE_OF, column_of, free_curve
 

@@ -19,9 +19,9 @@ from thrustd.diagnose.search.better import gained
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit
 from thrustd.diagnose.search.past import Found, by_past
 from thrustd.diagnose.search.question import Question, of_segments
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.friction import noise_of
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION
 
 SPLINE = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0

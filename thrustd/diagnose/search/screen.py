@@ -15,10 +15,11 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.blocks import BLOCKS, Blocks, held_back_squares
 from thrustd.diagnose.search.joint import Joint, prior_from
 from thrustd.diagnose.search.library import Rig, modulations
+from thrustd.identify.regression.free_run import simulate, simulated
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.solve import prior_of
-from thrustd.identify.regression.sweep import columns, simulate, simulated
+from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.terms import Term, added, deformed, turning
 from thrustd.identify.regression.walk import walking
 

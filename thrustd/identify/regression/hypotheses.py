@@ -27,6 +27,7 @@ from thrustd.core.columns import Floats
 from thrustd.identify.first_state import simulated
 from thrustd.identify.regression import held
 from thrustd.identify.regression.even import before_even_curve, behind_even
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.friction import BESIDE
 from thrustd.identify.regression.general import MOUNT, Asked, Kind, anew, fine, general_shape, holds_of, records_of
 from thrustd.identify.regression.long import MANY, PASSES, SETTLED, THINNED, few_modes, finer, onto, sparse, with_spare
@@ -37,7 +38,6 @@ from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.regress import FIRST, begun_as, linear_point, regress, same_rubber, with_branches
 from thrustd.identify.regression.shape import Hold, Point, Shape
 from thrustd.identify.regression.solve import NOTHING, Given, Progress, Solution, solve
-from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.regression.table import WITHIN
 from thrustd.identify.segments import DEFORMATION, Segment, thinned
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.curve import Grid
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.general import FASTEST, records_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.reduce import reduced
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Given, Progress, Solution, solve
-from thrustd.identify.regression.sweep import simulate
 from thrustd.identify.segments import DEFORMATION, Segment
 
 MANY = 300_000  # samples: more are long

@@ -21,6 +21,7 @@ from thrustd.core.errors import RecordingError
 from thrustd.identify.first_state import Beginning
 from thrustd.identify.regression.curve import beyond
 from thrustd.identify.regression.few import SURE, by_few
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.friction import (
     YIELDING,
     begun,
@@ -35,7 +36,7 @@ from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Progress, Solution, noise_level, solve, surprise
 from thrustd.identify.regression.stops import radii_of
-from thrustd.identify.regression.sweep import normal_equations, simulate
+from thrustd.identify.regression.sweep import normal_equations
 from thrustd.identify.regression.walk import NAMES, SIZE, hours_of, lasts_h, walks
 from thrustd.identify.segments import DEFORMATION, Segment
 from thrustd.model.effect import Effect

@@ -19,10 +19,11 @@ from scipy.linalg import cho_solve
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression.bounds import factor, within_reach
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
-from thrustd.identify.regression.sweep import Normal, normal_equations, simulate
+from thrustd.identify.regression.sweep import Normal, normal_equations
 from thrustd.identify.regression.walk import HOURS
 
 WIDEST = {

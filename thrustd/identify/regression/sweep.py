@@ -5,36 +5,18 @@ its physical effects.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from thrustd.core.columns import Floats
-from thrustd.identify.regression.kernel import run
+from thrustd.identify.regression.free_run import gain_of
 from thrustd.identify.regression.record import Indices, Record
-from thrustd.identify.regression.rows import BLOCK, begun_at, blocks, fading, keeps, kept_rows, run_rows
+from thrustd.identify.regression.rows import BLOCK, fading, keeps, kept_rows, run_rows
 from thrustd.identify.regression.shape import Point, Shape, core_of
-from thrustd.identify.regression.stops import at_rest as stops_at_rest
-from thrustd.identify.regression.stops import run_stops
-from thrustd.identify.regression.terms import (
-    NUDGE,
-    Places,
-    Seen,
-    Term,
-    added,
-    branched_by,
-    deformed,
-    inside,
-    pushed,
-    split,
-    sprung,
-    turned,
-    turning,
-)
+from thrustd.identify.regression.terms import NUDGE, Seen, added, branched_by, deformed, inside, split, turning
+from thrustd.identify.regression.touched import TOUCHES_CORE, touched
 from thrustd.model.stage import jit
-
-TOUCHES_CORE = "deformation", "spring"
-ALL = slice(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,64 +145,6 @@ def _with_terms(shape: Shape, point: Point, record: Record, seen: Seen) -> _Whol
     found.force[:] /= shape.output_scale
     found.inside[:] /= shape.output_scale
     found.columns[:] /= shape.output_scale
-    sites = [term.effect.site for term in shape.terms for _ in term.free]
-    touching = [i for i, site in enumerate(sites) if site in TOUCHES_CORE]
-    core, beside = simulated(shape, point, record, known) if touching else (found.force, found.force)
-    for i in touching:
-        moved = replace(point, terms=point.terms + NUDGE * np.eye(len(sites))[i])
-        if sites[i] == "spring":
-            by = found.gain * _core_run(shape, moved, record, seen)[known] - core
-        else:
-            by = simulate(shape, moved, record, known) - core - beside
-        found.columns[:, i] = by / NUDGE
+    if any(term.effect.site in TOUCHES_CORE for term in shape.terms):
+        touched(shape, point, record, seen, gain, found.columns)
     return found
-
-
-def gain_of(parts: Sequence[tuple[Term, Floats]], seen: Seen, places: Places) -> Floats:
-    """By which effects multiply the force of the core (k,)."""
-    gain = np.ones(seen.d[places].size)
-    for term, own in parts:
-        if term.effect.site == "gain":
-            gain *= turned(term, own, seen, places)
-    return gain
-
-
-def _core_run(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
-    """Output of curves, relaxation, offset and what effects add there (n,)."""
-    core, out = core_of(shape, point, record.dt_s), np.empty(len(record))
-    spring = sprung(shape.terms, point.terms, seen)
-    run(core, begun_at(shape, point, core, record, seen), seen.d, spring, out)
-    out += point.offset
-    for term, own in zip(shape.terms, split(shape.terms, point.terms), strict=True):
-        if inside(term):
-            out += pushed(term, own, seen, ALL) / shape.output_scale
-    return out
-
-
-def _friction(shape: Shape, point: Point, record: Record, seen: Seen) -> Floats:
-    state, out = stops_at_rest(shape.radii, record.before), np.zeros(len(record))
-    if not np.any(point.stops):
-        return out
-    rub = np.empty((BLOCK, len(shape.radii)))
-    for part in blocks(len(record)):
-        m = part.stop - part.start
-        run_stops(shape.radii, state, seen.d[part], rub[:m])
-        out[part] = rub[:m] @ point.stops
-    return out * (1.0 + point.growth[0] * np.abs(seen.d) / shape.radii[-1]) if shape.grows else out
-
-
-def simulate(shape: Shape, point: Point, record: Record, places: Places = ALL) -> Floats:
-    """Free run in units of the shape's scale, at these samples (k,)."""
-    turned_core, beside = simulated(shape, point, record, places)
-    return turned_core + beside
-
-
-def simulated(shape: Shape, point: Point, record: Record, places: Places = ALL) -> tuple[Floats, Floats]:
-    """The core's part, with the gains applied, and friction with every effect that adds: (k,) each."""
-    seen = deformed(shape.terms, point.terms, record.seen)
-    parts = list(zip(shape.terms, split(shape.terms, point.terms), strict=True))
-    beside = _friction(shape, point, record, seen)[places]
-    for term, own in parts:
-        if term.effect.site == "force":
-            beside = beside + pushed(term, own, seen, places) / shape.output_scale
-    return gain_of(parts, seen, places) * _core_run(shape, point, record, seen)[places], beside

@@ -125,12 +125,18 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
     for term, own in zip(terms, split(terms, numbers), strict=True):
         if term.effect.site != "deformation":
             continue
-        values = term.values(own)
-        if late := term.effect.ahead:  # a record allows to look ahead, which a flight does not
-            v, values = ahead(v, values[late] / seen.dt_s), {**values, late: 0.0}
-        if not late or not term.effect.does_nothing(values):
-            v = _run(term, values, seen, v, seen.before)
+        v = through(term, own, seen, v)
     return seen if v is seen.d else seen.at(v)
+
+
+def through(term: Term, numbers: Floats, seen: Seen, v: Floats) -> Floats:
+    """What an effect on the deformation or on the spring makes of this deformation or stiffness (n,)."""
+    values, late = term.values(numbers), term.effect.ahead
+    if late:  # a record allows to look ahead, which a flight does not
+        v, values = ahead(v, values[late] / seen.dt_s), {**values, late: 0.0}
+    if late and term.effect.does_nothing(values):
+        return v
+    return _run(term, values, seen, v, 1.0 if term.effect.site == "spring" else seen.before)
 
 
 def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
@@ -140,7 +146,7 @@ def sprung(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Floats:
     spring = np.ones(len(seen.d))
     for term, own in zip(terms, split(terms, numbers), strict=True):
         if term.effect.site == "spring":
-            spring = _run(term, term.values(own), seen, spring, 1.0)
+            spring = through(term, own, seen, spring)
     return spring
 
 
@@ -175,7 +181,20 @@ def turning(term: Term, numbers: Floats, size: float, seen: Seen, places: Places
         moved = [turned(term, numbers + size * unit, seen, places) for unit in np.eye(len(numbers))]
         return (np.array(moved).reshape(len(moved), len(own)).T - own[:, None]) / size
 
+    if all(term.straight) and term.effect.elements is not None:
+        return _kept(term, ("turning",), seen, places, lambda: shares(term, term.values(numbers), seen, places))
     return run() if np.any(numbers) else _kept(term, ("turning", size), seen, places, run)
+
+
+def shares(term: Term, values: Mapping[str, float], seen: Seen, places: Places) -> Floats:
+    """What each number (k, n) of an effect with elements adds by 1."""
+    own, wanted = [p for p in term.free if p.amplitude], np.zeros(len(seen.d), bool)
+    wanted[places] = True
+    table = np.empty((np.count_nonzero(wanted), len(own)))
+    stage = term.effect.stage({**values, **{p.name: 1.0 for p in own}}, seen.dt_s)
+    term.effect.elements(stage.start(_begin(term, seen), 0.0), stage.c, _read(stage.channels, seen), wanted, table)
+    table *= [term.std[p.name] for p in own]
+    return table
 
 
 def pushed(term: Term, numbers: Floats, seen: Seen, places: Places) -> Floats:
@@ -191,13 +210,9 @@ def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floa
     own = [p for p, is_straight in zip(term.free, straight, strict=True) if is_straight]
 
     def alone() -> Floats:
-        table = np.empty((nothing[places].size, len(own)))
         if term.effect.elements is not None:
-            stage = term.effect.stage(values | {p.name: 1.0 for p in own}, seen.dt_s)
-            x, wanted = stage.start(_begin(term, seen), 0.0), np.zeros(len(nothing), bool)
-            wanted[places] = True
-            term.effect.elements(x, stage.c, _read(term.effect.channels, seen), wanted, table)
-            return table * np.array([term.std[p.name] for p in own])
+            return shares(term, values, seen, places)
+        table = np.empty((nothing[places].size, len(own)))
         for i, p in enumerate(own):
             size = {q.name: term.std[p.name] if q is p else q.neutral for q in own}
             table[:, i] = _run(term, values | size, seen, nothing, 0.0)[places]
