@@ -15,11 +15,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from thrustd.core.measures import rms
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, first_point, prepared
 from thrustd.identify.regression.shape import Shape
 from thrustd.identify.regression.solve import Solution, prior_of, solve
-from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.segments import segments_of
 from thrustd.twin.bench import step_bench
 
