@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 from tests.diagnose.scene import DT_S, NOISE_N, columns, mount, record
 from thrustd.core.measures import rms
+from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.reading import without_noise, without_tremble
@@ -75,3 +76,12 @@ def test_friction_forgets_by_motion_as_small_as_noise():
     assert report.verdict == ("hysteresis",)
     [friction] = [one for one in report.candidates[0].parameters if one.name == "friction_n"]
     assert friction.value == pytest.approx(150.0, abs=friction.half_width)
+
+
+def test_what_is_reported_and_written_is_of_the_reading_as_it_is():
+    """In a record of few samples the fit of the reading less its noise was reported, 16 N, and written, 23 N."""
+    data = trembling(record([EffectSpec("free_play", {"gap_mm": 0.02})]))
+    report = extend(mount(), [data], ["free_play"])
+    model = compile_model(report.spec, 1 / DT_S)
+    assert not report.remarks
+    assert rms(data["force_N"] - model.simulate(model.inputs(data.channels))) < report.rmse_after_n

@@ -34,11 +34,17 @@ class Followed:
     moved: float = 0.0  # where it was estimated, see `Joint`
     walked: float = 0.0
     noise_variance: float = np.inf  # there
+    averaged: float = 0.0  # beside it at a first look, see `Table`
 
     @property
     def name(self) -> str:
         """The curve as `extend` takes it."""
         return CURVE_OF + self.channel
+
+    @property
+    def leaves(self) -> float:
+        """Mean square of single samples."""
+        return self.mse + self.averaged
 
 
 def followed(table: Table, sigma_mm: float) -> list[Followed]:
@@ -63,7 +69,7 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
             for weight in (slope, [GAIN * out for out in plain])
         )
         mse = min(bias, gain)
-        found.append(Followed(name, parts, mse, before - mse, gain < bias))
+        found.append(Followed(name, parts, mse, before - mse, gain < bias, averaged=table.averaged))
     return sorted(found, key=lambda one: one.mse)
 
 
@@ -90,10 +96,11 @@ def estimated(
         at = places_of([column_of(one.channel, record.channels) for record in records])
         if at is not None:
             fit = joint_fit(base, records, (curve_term(free_curve(one.channel, site), at, heights[site]),))
-            now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", whole=whole(fit))
+            now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", averaged=0.0)
             noise = fit.solution.noise_variance
-            found.append(replace(now, moved=fit.moved, walked=fit.walked, noise_variance=noise))
-            told = told or ((one, site) if now.whole else None)
+            moves = {"moved": fit.moved, "walked": fit.walked}
+            found.append(replace(now, whole=whole(fit), noise_variance=noise, **moves))
+            told = told or ((one, site) if found[-1].whole else None)
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)
 

@@ -33,14 +33,16 @@ class Dependence:
         return CURVE_OF + self.channel
 
 
-def dependences(base: Base, rows: Sequence[Record], fit: Joint, curves: Sequence[Followed]) -> list[Dependence]:
-    """What a fit leaves along every channel that it follows."""
+def dependences(
+    base: Base, rows: Sequence[Record], fit: Joint, curves: Sequence[Followed], tremble: float
+) -> list[Dependence]:
+    """What a fit leaves along every channel that it follows; `tremble`: see `Base`, without it the curves were found."""
     missed = np.concatenate(fit.solution.normal.residuals) * base.scale
     good = np.isfinite(missed)
     now, found = base.scale * float(np.sqrt(fit.mse)), []
     for one in curves:
         column = np.concatenate([column_of(one.channel, record.channels) for record in rows])
-        after = base.scale * float(np.sqrt(max(fit.mse - one.removed, 0.0)))
+        after = min(base.scale * float(np.sqrt(one.leaves + tremble)), now)
         thin = slice(None, None, max(1, np.count_nonzero(good) // DRAWN))
         found.append(drawn(one.channel, column[good][thin], missed[good][thin], now, after))
     return found

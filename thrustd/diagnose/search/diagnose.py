@@ -162,7 +162,7 @@ def _report(
         tuple(record.name for record in question.records),
         verdict.words,
         tuple(_candidates(base, ranked, verdict)),
-        tuple(dependences(base, rows, verdict.fit, verdict.channels)),
+        tuple(dependences(base, rows, verdict.fit, verdict.channels, ranked.tremble)),
         tuple(not_judged),
         (*turned, *_named(question.records[0]), *_advice(base, ranked, verdict, not_judged)),
         scale * float(np.sqrt(before(ranked.nothing, base))),

@@ -160,9 +160,12 @@ def counted(base: Base, records: Sequence[Record], samples: int) -> tuple[Base, 
 
 
 def told(base: Base, records: Sequence[Record], fit: Joint, samples: int = TOLD) -> Joint:
-    """A fit of few samples by as many as a report is made of."""
-    every, few = (sum(len(record.known) for record in each) for each in (records, fit.records))
-    return fit if few == every else joint_fit(*counted(base, records, samples), fit.terms, like=fit)
+    """A fit of few samples, or of readings less their noise, by as many as a report is made of, as they were read."""
+    read = [(len(one.known), one.d[one.stood :]) for one in records]
+    searched = [(len(one.known), one.d[one.stood :]) for one in fit.records]
+    if all(n == m and np.array_equal(d, e) for (n, d), (m, e) in zip(read, searched, strict=True)):
+        return fit
+    return joint_fit(*counted(base, records, samples), fit.terms, like=fit)
 
 
 def _strengths(base: Base, shape: Shape) -> dict[str, float]:
