@@ -354,3 +354,16 @@ def test_a_mean_over_a_step_is_half_a_step_old():
         late_n.append(abs(estimate.thrust_n - thrust_n))
     assert late_n[0] > 80.0
     assert late_n[1] < 10.0
+
+
+def test_a_band_that_is_wide_again_is_no_start_but_behind_a_pause():
+    """A throttle that moves on one source widens the band beyond that of a start: the estimate stays valid."""
+    thrust_filter = ThrustFilter(S, 0)
+    for k in range(200):
+        estimate = thrust_filter.step(inputs(k, mount_n=3000.0))
+    assert not estimate.status & Status.CONVERGING
+    for k in range(200, 230):
+        estimate = thrust_filter.step(inputs(k, n1_rate=20.0))
+    assert estimate.thrust_std_n > S.converging_std_n
+    assert not estimate.status & Status.CONVERGING
+    assert thrust_filter.step(inputs(400)).status & Status.CONVERGING

@@ -83,3 +83,19 @@ def test_a_jump_that_was_not_undone_stays_a_fault(fault):
 
 def test_a_jump_in_doubt_that_is_undone_behind_a_gap_accuses_nobody():
     assert not any(kinds([*calm(CALM_STEPS), *[0.0] * 5, nan, nan, *[0.0] * 3, *calm(100)]))
+
+
+@pytest.mark.parametrize("phase", range(10))
+def test_a_sender_at_our_own_pace_is_not_noisy_in_a_ramp(phase):
+    """A step hears a value twice and the next leaves one out: of 1 a step, three times what noise may be."""
+    times = np.arange(120) + 0.06 * np.random.default_rng(phase).uniform(-1.0, 1.0, 120)
+    at = np.floor(times + 0.01 * (phase - 5))  # the newest reading of a sender
+    ramp = np.clip(at - CALM_STEPS, 0.0, 40.0)
+    limits = replace(LIMITS, jump=3.0, rate=inf, high=50.0)
+    assert not any(kinds(list(ramp), limits))
+
+
+@pytest.mark.parametrize("held", [1, 2])
+def test_scatter_is_noisy_however_often_it_is_read(held):
+    scatter = np.repeat(0.35 * np.random.default_rng(2).standard_normal(100), held)
+    assert kinds([*calm(CALM_STEPS), *scatter], replace(LIMITS, jump=8.0))[-20:] == ["noisy"] * 20

@@ -63,7 +63,7 @@ def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: in
         variance_n2 += m.mount_nu_n**2
     if rejected:
         variance_n2 += m.last_nu_n**2
-    status |= CONVERGING if p[THRUST, THRUST] > s.converging_std_n**2 else 0
+    status |= 0 if m.found else CONVERGING
     nis = m.mount_nis if m.mount_used else m.nis if m.used else nan
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2

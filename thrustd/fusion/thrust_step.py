@@ -65,6 +65,7 @@ FILTER = np.dtype(
         ("used", np.bool_),
         ("last_used", np.bool_),
         ("off", np.bool_),
+        ("found", np.bool_),  # its thrust, since it began: a band that is wide again is no start
         ("contradicted", np.bool_),  # the mounts say that it runs, and nobody else does
         ("beyond_n2", np.float64),  # what the mounts of one that is off show beyond their own sigma
         ("calibrated", np.bool_),  # or never: it ran
@@ -85,6 +86,7 @@ def _begin(m: Any, t: Any, s: Any) -> None:
     m.mount_nu_n = m.mount_nis = m.nu_n = m.nis = nan
     m.mount_used = m.used = m.calibrated_now = False
     if m.dt_s > PAUSE_S:
+        m.found = False
         m.surprise_n_s = max(m.surprise_n_s, s.surprise_rate_n_s)
 
 
@@ -231,6 +233,7 @@ def _go_on(memory: Any, told: Any, settings: Any, x: Floats, p: Floats) -> None:
     if m.off:  # whatever the mounts show: in flight the drag of their nacelle, too
         x[THRUST, 0], x[RATE, 0] = t.off_n, 0.0
         p[THRUST, THRUST] = max(p[THRUST, THRUST], t.off_std_n**2)
+    m.found |= p[THRUST, THRUST] <= s.converging_std_n**2
     m.surprise_n_s = surprise_n_s(s, (m.mount_nu_n, m.mount_used), (m.last_nu_n, m.last_used))
 
 

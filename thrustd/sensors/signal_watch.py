@@ -4,8 +4,10 @@ Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go tog
 alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out)
 and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike, or
 if the aircraft may have gone there meanwhile. What was dead, stuck or noisy is trusted where it comes to rest.
-Noise is the median of |second difference| over 2 s, which one jump cannot lift. A sensor that is read once a second
-rests in between: three jumps within some seconds are its noise, and a jump of it is judged later.
+Noise is the median of |second difference| over 2 s, which one jump cannot lift, of what turns back: a sender at our own
+pace slides past it, one step then hears a value twice and the next leaves one out, and a signal that keeps its way bends
+by that alone. A sensor that is read once a second rests in between: three jumps within some seconds are its noise, and a
+jump of it is judged later.
 """
 
 from math import isfinite
@@ -22,6 +24,8 @@ from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS
 
 STEP_S, DEAD_S = 0.1, 1.0
 CONFIRM_S, SELDOM_CONFIRM_S = 1.0, 2.5
+TURNS = 0.713  # of white noise, which turns back two times in three: median |second difference| over that of those
+HELD_S = 0.3  # a value repeated for so long may be one that comes seldom: what it bent by still holds
 JUMP_FADES_S, NOISY_JUMPS = 3.0, 2.0  # the third in a row, or of four readings
 DRIFT_STEPS = 30
 CALM_S = 5.0  # free of the symptom this long: trusted again
@@ -176,9 +180,21 @@ def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> No
 
 
 @compiled
+def _bend(row: Floats, value: float) -> float:
+    """|Second difference| where the signal turns back, from its last move to this one; 0 where it goes on, or rests."""
+    if value == row[LAST]:
+        return row[LAST_BEND] if row[RESTING] < HELD_S else 0.0
+    i, first = LAST, LAST + 1 - int(row[N_VALUES])
+    while i > first and row[i] == row[i - 1]:
+        i -= 1
+    move, before = value - row[LAST], row[i] - row[max(i - 1, first)]
+    return TURNS * abs(move - before) if move * before < 0.0 else 0.0
+
+
+@compiled
 def _append(row: Floats, value: float) -> None:
     if row[N_VALUES] >= 2:
-        bend = abs(value - 2.0 * row[LAST] + row[LAST - 1])
+        bend = _bend(row, value)
         for i in range(BENDS, LAST_BEND):
             row[i] = row[i + 1]
         row[LAST_BEND] = bend
@@ -217,11 +233,11 @@ def _stuck_s(row: Floats, longest_s: float) -> float:
 
 @compiled
 def _is_noisy(row: Floats, limit: float) -> bool:
-    """The median of a full 2 s is above the limit."""
+    """The median of a full 2 s, of which two thirds turn back, is above the limit."""
     above = 0
     for i in range(BENDS, WIDTH):
         above += row[i] > limit
-    return row[N_BENDS] == WIDTH - BENDS and 2 * above > WIDTH - BENDS
+    return row[N_BENDS] == WIDTH - BENDS and 3 * above > WIDTH - BENDS
 
 
 @compiled
