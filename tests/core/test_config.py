@@ -34,6 +34,11 @@ def test_the_shipped_configurations_are_read():
         ("[adc]", "[[adc]]", ("adc = a list", "object")),
         ("estimate_hz = 50.0", "estimate_hz = 30.0", ("steps.estimate_hz = 30", "33.3333 comes nearest")),
         ("estimate_hz = 50.0", "estimate_hz = 70.0", ("steps.estimate_hz = 70", "100 comes nearest")),
+        (
+            "[aircraft]",
+            "[can_out]\nnode_id = 1\nrate_hz = 60.0\n[aircraft]",
+            ("can_out.rate_hz = 60", "at most steps.estimate_hz, 50"),
+        ),
         ("sample_hz = 100.0", "sample_hz = -3.0", ("adc.sample_hz", "-3.0", ">= 10")),
         ("sample_hz = 100.0", 'sample_hz = "fast"', ("adc.sample_hz", "'fast'", "float")),
         ("channels = 4", "channels = 9", ("adc.channels", "9", "<= 8")),

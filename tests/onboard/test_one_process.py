@@ -18,3 +18,10 @@ def test_everyone_who_asks_is_told_who_flies(tmp_path):
                 pass
     with only_one(link):
         pass
+
+
+def test_a_link_that_leads_to_itself_is_a_name_as_any(tmp_path):
+    loop = tmp_path / "checkpoint.json"
+    loop.symlink_to(loop)
+    with only_one(loop), pytest.raises(UsageError, match="already"), only_one(loop):
+        pass

@@ -287,3 +287,8 @@ def _check_rates(config: Config, where: str) -> None:
             f"{where}: steps.estimate_hz = {estimate_hz:g}: expected adc.sample_hz, {sample_hz:g}, over a whole "
             f"number: {sample_hz / samples:g} comes nearest"
         )
+    if config.can_out and config.can_out.rate_hz > estimate_hz:
+        raise ConfigError(
+            f"{where}: can_out.rate_hz = {config.can_out.rate_hz:g}:"
+            f" expected at most steps.estimate_hz, {estimate_hz:g}"
+        )

@@ -11,7 +11,6 @@ from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST
 from thrustd.fusion.fusion_inputs import INPUTS
 from thrustd.fusion.mixture import Weighed, mix
-from thrustd.fusion.settings import SETTINGS
 from thrustd.fusion.thrust_step import FILTER
 
 MOUNT_LOST, BROCHURE_LOST = int(Status.MOUNT_LOST), int(Status.BROCHURE_LOST)
@@ -40,13 +39,13 @@ def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
     return BROCHURE_REJECTED if rejected else 0
 
 
-def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: int, weighed: Weighed) -> tuple[Any, ...]:
+def _row(memory: Any, told: Any, x: Floats, p: Floats, engine: int, weighed: Weighed) -> tuple[Any, ...]:
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
     A measurement that was gated out while its source is trusted says that one of both is wrong: the band holds what
     it says, too; and what nobody corrected (see `sensors.evidence`).
     """
-    m, t, s = memory[0], told[0], settings[0]
+    m, t = memory[0], told[0]
     status = t.status
     status |= MODEL_EXTRAPOLATING if t.mount_extrapolating else 0
     status |= DECK_EXTRAPOLATING if t.brochure_extrapolating else 0
@@ -77,7 +76,7 @@ def _row(memory: Any, told: Any, settings: Any, x: Floats, p: Floats, engine: in
 
 
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
-_RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1], numba.from_dtype(SETTINGS)[::1]
+_RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
 _SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Weighed, _TABLE, _I, _F, numba.float64[::1]))
 estimate_row: Any = entry(compiled(_row, _SIGNATURE, "numpy"))

@@ -71,9 +71,8 @@ class ThrustFilter:
 
     def step(self, told: Any, weighed: Weighed = ALONE) -> Estimate:
         """Predict to `t_ns`, weigh what is there, return the estimate. `told`: see `FusionInputs.row`."""
-        what = self._memory, told, self._settings, self._x, self._p
-        go_on(*what)
-        row = estimate_row(*what, self._engine, weighed)
+        go_on(self._memory, told, self._settings, self._x, self._p)
+        row = estimate_row(self._memory, told, self._x, self._p, self._engine, weighed)
         if self._tape is not None:
             self._tape.write(told["t_ns"].item(), self._x, self._p, self._memory["f"][0], self._memory["q"][0])
         estimate: Estimate = tuple.__new__(Estimate, row)

@@ -6,6 +6,7 @@ behind, survives an editor that replaces the configuration, and is gone the mome
 """
 
 import hashlib
+import os
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,7 +22,7 @@ ASKED = 4096  # questions that are heard: none is ever accepted, and each keeps 
 @contextmanager
 def only_one(path: Path) -> Iterator[None]:
     """Hold the claim on a path; UsageError with the process that has it already."""
-    name = "\0thrustd-" + hashlib.sha256(str(path.resolve()).encode()).hexdigest()
+    name = "\0thrustd-" + hashlib.sha256(os.path.realpath(path).encode()).hexdigest()
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as claim:
         try:
             claim.bind(name)

@@ -4,10 +4,9 @@ Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go tog
 alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out)
 and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike, or
 if the aircraft may have gone there meanwhile. What was dead, stuck or noisy is trusted where it comes to rest.
-Noise is the median of |second difference| over 2 s, which one jump cannot lift, of what turns back: a sender at our own
-pace slides past it, one step then hears a value twice and the next leaves one out, and a signal that keeps its way bends
-by that alone. A sensor that is read once a second rests in between: three jumps within some seconds are its noise, and a
-jump of it is judged later.
+Noise is the median of |second difference| over 2 s, which one jump cannot lift, of what turns back. What keeps its way
+is none: a sender slides past our steps, and then one hears a value twice and the next leaves one out. A sensor that is
+read once a second rests in between: three jumps within some seconds are its noise, and a jump of it is judged later.
 """
 
 from math import isfinite

@@ -5,6 +5,7 @@ FOLDER/.thrustd/            state of the page; may be deleted while no page is o
     columns/ tables/ jobs/ reports/ incoming/ undone/ sealed/ mappings.json session.json
 """
 
+import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -53,7 +54,7 @@ class Folder:
         """Where a file of that name belongs; UsageError for a name that is not plain or leads outside."""
         if not _is_plain(name):
             raise UsageError(f"{name[:MAX_NAME]!r}: not a file of the folder; expected a plain name")
-        path = (self.root / name).resolve()
+        path = Path(os.path.realpath(self.root / name))
         if not path.is_relative_to(self.root):
             raise UsageError(f"{name!r}: leads outside the folder")
         return path

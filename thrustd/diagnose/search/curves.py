@@ -98,9 +98,9 @@ def estimated(
             fit = joint_fit(base, records, (curve_term(free_curve(one.channel, site), at, heights[site]),))
             now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", averaged=0.0)
             noise = fit.solution.noise_variance
-            moves = {"moved": fit.moved, "walked": fit.walked}
-            found.append(replace(now, whole=whole(fit), noise_variance=noise, **moves))
-            told = told or ((one, site) if found[-1].whole else None)
+            now = replace(now, whole=whole(fit), moved=fit.moved, walked=fit.walked, noise_variance=noise)
+            found.append(now)
+            told = told or ((one, site) if now.whole else None)
     best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
     return sorted(best.values(), key=lambda one: one.mse)
 

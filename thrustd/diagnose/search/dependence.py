@@ -36,7 +36,7 @@ class Dependence:
 def dependences(
     base: Base, rows: Sequence[Record], fit: Joint, curves: Sequence[Followed], tremble: float
 ) -> list[Dependence]:
-    """What a fit leaves along every channel that it follows; `tremble`: without it the curves were found, see `Base`."""
+    """What a fit leaves along every channel that it follows; without `tremble` (see `Base`) the curves were found."""
     missed = np.concatenate(fit.solution.normal.residuals) * base.scale
     good = np.isfinite(missed)
     now, found = base.scale * float(np.sqrt(fit.mse)), []
