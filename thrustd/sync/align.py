@@ -31,7 +31,7 @@ WORST_CRYSTAL = 0.06  # one that is broken and still followed; more is no clock
 WORST_RATE = 0.5  # more is a reader that catches up, or the wrong configuration: the decoder says that
 RATE_WINDOW_NS = 1_000_000_000  # a reader that stalls is on time once in a window
 SAME_RATE = 2e-3  # two windows say so one after the other
-SILENT_AFTER_STEPS = 2.5  # no ADC sample for so many fused steps: ticks take over
+SILENT_NS, SILENT_SAMPLES = 50_000_000, 2.5  # no ADC sample for so long, and so many of them: ticks take over
 EARLY_STEP = 0.75  # of a fused step: ticks jitter
 
 # why `align` stopped
@@ -213,7 +213,8 @@ def _take_event(state: Any, t_ns: int, kind: int) -> int:
     """An event that is no frame."""
     if kind == FAULT:
         return OTHER_EVENT
-    silent = t_ns - state.t_ns >= SILENT_AFTER_STEPS * state.step_ns
+    patience_ns = max(SILENT_NS, SILENT_SAMPLES * state.step_ns / state.samples_per_step)
+    silent = t_ns - state.t_ns >= patience_ns
     if state.fused_ns < 0 or (silent and t_ns - state.fused_ns >= EARLY_STEP * state.step_ns):
         state.due_ns = t_ns
         return FUSE
