@@ -403,6 +403,37 @@ def test_a_curve_of_gauge_blocks_straightens_the_transducer(tmp_path, capsys):
     assert "was it mm?" in capsys.readouterr().err
 
 
+def test_a_tethered_run_that_is_read_again_says_the_same(tethered, static_run, tmp_path):
+    """It was taken for another run beside the first, its bow for gauge blocks: bands narrower by a third."""
+    path, cell = tmp_path / "again.toml", str(static_run.with_name("run-cell.csv"))
+    path.write_text(write_calibration(tethered[1]))
+    assert main(["calibrate", "tether", str(static_run), "--cell", cell, "-o", str(path), "--date", "2026-11-23"]) == 0
+    again = read_calibration(path.read_text(), "again")
+    for name in MOUNTS:
+        found, first = again.of(name), tethered[1].of(name)
+        assert (found.gain, found.gain_std) == pytest.approx((first.gain, first.gain_std), abs=1e-5)
+        assert found.zero_mm == pytest.approx(first.zero_mm, abs=1e-5)
+        assert found.true_mm == pytest.approx(first.true_mm, abs=1e-5)
+    stds = [{name: one.gain_std for name, one in each.engine.items()} for each in (again, tethered[1])]
+    assert stds[0] == pytest.approx(stds[1], rel=1e-3)
+
+
+def test_gauge_blocks_after_a_tethered_run_ask_for_it_again(tethered, tmp_path, capsys):
+    """Its gains hold what the curve says now: a transducer 2 % wrong was corrected twice, 110 N."""
+    out = tmp_path / "c.toml"
+    out.write_text(write_calibration(tethered[1]))
+    blocks = np.linspace(0.0, 1.2, 7)
+    table = np.column_stack((np.arange(7), blocks, 1.02 * blocks))
+    np.savetxt(tmp_path / "b.csv", table, delimiter=",", header="time_s,gauge_mm,deformation_mm", comments="")
+    assert main(["calibrate", "blocks", str(tmp_path / "b.csv"), "--mount", "left_upper", "-o", str(out)]) == 0
+    assert "tethered run of 2026-11-23 was read by another curve and is taken out" in capsys.readouterr().err
+    found = read_calibration(out.read_text(), "c")
+    assert (found.tethered, found.engine) == (None, {})
+    assert all((found.of(name).gain, found.of(name).gain_std) == (1.0, None) for name in MOUNTS)
+    assert found.of("right_upper").zeros == tethered[0].of("right_upper").zeros
+    assert found.of("right_upper").read_mm == ()
+
+
 def test_hours_are_counted_once_per_run(static_run, tmp_path, capsys):
     out = str(tmp_path / "c.toml")
     assert main(["calibrate", "hours", str(static_run), "-o", out]) == 0

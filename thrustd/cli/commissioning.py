@@ -149,6 +149,7 @@ def calibrate_verb(arguments: argparse.Namespace) -> int:
 
 def _blocks(arguments: argparse.Namespace) -> int:
     from thrustd.commission.gauge_blocks import block_curve, with_curve
+    from thrustd.commission.tether_file import without_tether
     from thrustd.records.files import read_recording
 
     if arguments.mount is None:
@@ -158,29 +159,28 @@ def _blocks(arguments: argparse.Namespace) -> int:
     read_installation(given_or_shipped(arguments.config, CONFIGURATION, "--config")).place(arguments.mount)  # is there
     curve = block_curve(read_recording(_only(arguments)))
     known = _known(arguments) or _new(str(arguments.date or datetime.now(UTC).date()))
-    _write(arguments, with_curve(known, arguments.mount, curve))
+    _write(arguments, with_curve(without_tether(known), arguments.mount, curve))
     said = f"{arguments.mount}: {len(curve.read_mm)} blocks, {curve.true_mm[0]:g} to {curve.true_mm[-1]:g} mm"
     off = f"up to {1e3 * curve.largest_mm:.1f} um off a line, +- {1e3 * SIGMAS_95 * curve.std_mm:.1f} um"
     tell(arguments, {"mount": arguments.mount, "curve": curve}, lambda: print(f"{said}; {off}"))
+    if known.tethered is not None:
+        note(f"warning: the tethered run of {known.tethered} was read by another curve and is taken out: read it again")
     return 0
 
 
 def _tether(arguments: argparse.Namespace) -> int:
     from thrustd.commission.tether import fit_tether
-    from thrustd.commission.tether_file import with_tether
+    from thrustd.commission.tether_file import with_tether, without_run, without_tether
     from thrustd.records.files import read_recording
 
     if arguments.cell is None:
         raise UsageError("calibrate tether: --cell is missing; expected the load cell's record (time_s, force_N)")
     cell = read_recording(arguments.cell)
-    flight, installation, on = _flight(arguments, _only(arguments))
-    fit = fit_tether(flight, cell, installation, arguments.cell_std)
+    flight, installation, on = _flight(arguments, _only(arguments), without_run)
+    fit = fit_tether(flight, cell, without_run(installation), arguments.cell_std)
     old = _known(arguments) or installation.calibration() or _new(on)
-    _write(arguments, with_tether(old, fit, on, cell.name))
-    if arguments.json:
-        print_json({"date": str(on), "fit": fit})
-        return 0
-    _print_tether(fit)
+    _write(arguments, with_tether(without_tether(old), fit, on, cell.name))
+    tell(arguments, {"date": str(on), "fit": fit}, lambda: _print_tether(fit))
     return 0
 
 

@@ -5,9 +5,14 @@ import numpy as np
 
 from thrustd.commission.recalibrate import recalibrate_by
 from thrustd.commission.tether_told import ENGINE_STD, Beyond, Line, TetherFit
-from thrustd.core.calibration import Calibration, EngineCalibration, MountCalibration, Zero
+from thrustd.core.calibration import Calibration, EngineCalibration, MountCalibration, Zero, write_calibration
 from thrustd.core.errors import RecordingError
+from thrustd.installation.installation import Installation
 
+TOLD = {  # by a run, and what stands for it without one
+    "gain": 1.0, "gain_std": None, "friction": 1.0, "beyond": 1.0, "beyond_std": None, "told_mm": None,
+    "expansion_mm_k": 0.0, "expansion_std_mm_k": None, "reference_degc": 20.0,
+}  # fmt: skip
 FAR = 5.0  # sigmas of what an installation does: a gain out there is the cell's or the rope's
 CURVE = np.linspace(0.0, 1.0, 9)  # of the range: knots of a bow
 
@@ -38,6 +43,35 @@ def with_tether(calibration: Calibration, fit: TetherFit, on: str, cell: str) ->
     engines = {name: EngineCalibration(max(round(std, 6), 1e-6)) for name, std in fit.engine_stds.items()}
     changed = msgspec.structs.replace(calibration, on=on, tethered=on, mount=mounts, engine=engines)
     return msgspec.structs.replace(changed, recalibrate_by=recalibrate_by(changed))
+
+
+def without_tether(calibration: Calibration) -> Calibration:
+    """What is known without a tethered run, which is read from there: the same run again says the same."""
+    if calibration.tethered is None:
+        return calibration
+    mounts = {name: _untold(mount, calibration.tethered) for name, mount in calibration.mount.items()}
+    return msgspec.structs.replace(calibration, tethered=None, engine={}, mount=mounts)
+
+
+def _untold(mount: MountCalibration, on: str) -> MountCalibration:
+    """Without gain, growth, friction and bow of the run of that day, and with its zero as it was seen at rest."""
+    zeros = tuple(
+        one if one.on != on else _at_rest(one) for one in mount.zeros if one.on != on or one.seen_mm is not None
+    )
+    curve = {} if mount.curve_std_mm is not None else {"read_mm": (), "true_mm": ()}
+    return msgspec.structs.replace(mount, zeros=zeros, **TOLD, **curve)
+
+
+def _at_rest(zero: Zero) -> Zero:
+    return Zero(on=zero.on, mm=zero.at_rest_mm, std_mm=zero.at_rest_std_mm)
+
+
+def without_run(installation: Installation) -> Installation:
+    """As if its calibration held nothing that a tethered run said."""
+    known = installation.calibration()
+    if known is None or known.tethered is None:
+        return installation
+    return installation.calibrated_by(write_calibration(without_tether(known)))
 
 
 def _check_gains(gains: dict[str, float], cell: str) -> None:
