@@ -55,7 +55,7 @@ def test_what_is_fused_has_a_line_of_its_own(log, capsys):
 def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_path, capsys):
     plain = budget(capsys, str(log), "--at", "130", "140")
     for engine in plain:
-        assert engine["mounts_n"] == pytest.approx(engine["filter_n"], rel=0.03)
+        assert engine["mounts_n"] == pytest.approx(engine["filter_n"], rel=1e-6)
         rows = [row for row in engine["rows"] if row["source"] == "mounts" and row["kind"] == "systematic"]
         assert sum(row["std_n"] ** 2 for row in rows) ** 0.5 == pytest.approx(engine["mounts_n"])
     folder = shipped("deploy/hil.toml", "config").parent
@@ -117,7 +117,7 @@ def test_what_a_tethered_run_leaves_of_zeros_and_scales_is_a_term_once(log, tmp_
     for engine in budget(capsys, str(log), "--at", "130", "140", "--config", str(tmp_path / "hil.toml")):
         rows = {row["term"]: row["std_n"] for row in engine["rows"] if row["source"] == "mounts"}
         assert rows["zero"] > 10.0 and rows["stiffness"] > 5.0
-        assert engine["mounts_n"] == pytest.approx(engine["filter_n"], rel=0.03)
+        assert engine["mounts_n"] == pytest.approx(engine["filter_n"], rel=1e-6)
         terms = installed(engine)
         assert terms["zero"] == terms["scale"] == 0.0 and min(terms["drag"], terms["temperature"], terms["rest"]) > 0.0
 
@@ -137,7 +137,7 @@ def test_with_one_mount_lost_its_share_is_a_term_and_the_aircrafts_file_says_how
         (tmp_path / "own.toml").write_text(aircraft.replace("share = 0.006", f"share = {share}"))
         both, one = budget(capsys, str(deaf), "--at", "200", "210", "--config", str(tmp_path / "hil.toml"))
         rows = {row["term"]: row["std_n"] for row in one["rows"] if row["source"] == "mounts"}
-        assert one["mounts_n"] == pytest.approx(one["filter_n"], rel=0.03)
+        assert one["mounts_n"] == pytest.approx(one["filter_n"], rel=1e-6)
         assert next(row["std_n"] for row in both["rows"] if row["term"] == "share") == 0.0
         shares[share] = rows["share"]
     assert shares[0.006] > 10.0 and shares[0.03] == pytest.approx(5 * shares[0.006], rel=0.05)

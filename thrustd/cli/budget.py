@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from thrustd.cli.verb import Verbs, add_json, add_verb, console, print_json
+from thrustd.cli.verb import Verbs, add_json, add_verb, console, note, print_json
 from thrustd.core.errors import UsageError
 from thrustd.installation.folder import configuration_of
 
@@ -47,6 +47,8 @@ def budget_verb(arguments: argparse.Namespace) -> int:
     else:
         for each in found:
             _print_budget(each)
+    if config is None:
+        note("by the configuration in the log; --config asks another one")
     return 0
 
 

@@ -143,13 +143,15 @@ def budgets(log: LogRun, installation: Installation, begin_s: float, end_s: floa
 
 
 def budget_of(engine: str, told: Told, band: Band) -> Budget:
-    """Root mean squares of the terms; of what estimates say the mean."""
-    *stds, pressure_pa, more_g2, along_g2 = _means(np.column_stack((*told[:6], told.more_g**2, told.along_g**2)))
+    """Root mean squares of terms and sigmas; of everything else the mean."""
+    thrust_n, off, pressure_pa = _means(np.column_stack((told.thrust_n, told.off, told.pressure_pa)))
+    sigmas = told.thrust_std_n, told.mount_std_n, told.brochure_std_n, told.more_g, told.along_g
+    *stds, more_g, along_g = np.sqrt(_means(np.column_stack(sigmas) ** 2)).tolist()
     known = dict(zip(TERMS, np.sqrt(_means(told.terms_n**2)).tolist(), strict=True))
     installed_n, fuel_n = known.pop(INSTALLATION), known.pop(FUEL)
     rows = [Row("mounts", TERMS[name], SYSTEMATIC, n) for name, n in known.items() if n > 0 or name == ALWAYS]
-    terms = band.aircraft.terms_n(stds[0], pressure_pa, sqrt(more_g2), sqrt(along_g2))
-    return _budget(engine, rows, stds, fuel_n, _scaled(terms, installed_n), band.settings)
+    terms = band.aircraft.terms_n(thrust_n, pressure_pa, more_g, along_g)
+    return _budget(engine, rows, (thrust_n, *stds, off), fuel_n, _scaled(terms, installed_n), band.settings)
 
 
 def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
