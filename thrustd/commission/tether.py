@@ -39,7 +39,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.commission.tether_cell import CLOCK_S, at_times, check_unit, heard
+from thrustd.commission.tether_cell import CLOCK_S, FORCE, at_times, check_unit, heard
 from thrustd.commission.tether_models import GROWS_MM_K
 from thrustd.commission.tether_run import NAMES, Run, columns, curve_errors_n, friction_errors_n, places, read_run
 from thrustd.commission.tether_told import ENGINE_STD, Solved, TetherFit, told_by
@@ -51,7 +51,7 @@ from thrustd.core.measures import rms
 from thrustd.fusion.settings import FusionSettings
 from thrustd.installation.installation import Installation
 from thrustd.mounts.step import IN_SHEAR_STD
-from thrustd.records.recording import Recording
+from thrustd.records.recording import Recording, make_recording
 
 CELL_ZERO_N, MOST_CELL_STD = 50.0, 0.05
 STRAIGHT_MM = 1e-6
@@ -82,7 +82,7 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation, c
     prior = _prior(run, installation, design)
     base_n = np.where(run.counts, (run.force_n * run.runs).sum(axis=1), np.nan)
     known = _known(run, prior)
-    _check_numbers(cell)
+    cell, silent = _with_a_number(cell)
     cell, remarks = heard(cell, flight.time_s, base_n, np.sqrt(np.square(design) @ np.square(prior)))
     trials = [(lag, at_times(cell, flight.time_s + lag)) for lag in LAGS_S.tolist()]
     trials = [(lag, cell_n) for lag, cell_n in trials if np.isfinite(cell_n).sum() > LEAST_S * run.rate_hz]
@@ -106,13 +106,20 @@ def fit_tether(flight: Recording, cell: Recording, installation: Installation, c
         said = "tells no gain" if untold else f"fits best {lag:+.1f} s off the log's clock or farther"
         said += f", {fit.after_n:.0f} N RMS from the mounts"
         raise RecordingError(f"{cell.name}: {said}; expected this run's load cell, pull +, its clock within 3 s")
-    return replace(fit, remarks=[*remarks, *_more_left(cell, run, fit), *fit.remarks])
+    return replace(fit, remarks=[*silent, *remarks, *_more_left(cell, run, fit), *fit.remarks])
 
 
-def _check_numbers(cell: Recording) -> None:
-    seconds = np.isfinite(cell["force_N"]).mean() * (cell.time_s[-1] - cell.time_s[0])
+def _with_a_number(cell: Recording) -> tuple[Recording, list[str]]:
+    """The samples that have one, and what is said of the others: between neighbours a straight line stands for them."""
+    there = np.isfinite(cell[FORCE])
+    seconds = there.mean() * (cell.time_s[-1] - cell.time_s[0])
     if seconds < LEAST_S:
-        raise RecordingError(f"{cell.name}: less than {LEAST_S:g} s with a number in force_N: {seconds:.0f} s")
+        raise RecordingError(f"{cell.name}: less than {LEAST_S:g} s with a number in {FORCE}: {seconds:.0f} s")
+    if there.all():
+        return cell, []
+    columns = {"time_s": cell.time_s[there], FORCE: cell[FORCE][there]}
+    said = f"{cell.name}: {np.count_nonzero(~there)} of {len(cell)} samples have no number and are left out"
+    return make_recording(cell.name, columns), [said]
 
 
 def _more_left(cell: Recording, run: Run, fit: TetherFit) -> list[str]:
