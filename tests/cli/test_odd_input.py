@@ -55,6 +55,8 @@ def here(tmp_path, monkeypatch):
         ("fleet replay b.csv -o x.csv", "expected a name that ends in .parquet"),
         ("workbench gone", "gone: expected a folder"),
         (f"zero {FLIGHT} --date 2026-02-30 -o c.toml", "--date: 2026-02-30: expected a day of the calendar"),
+        (f"zero {FLIGHT} --date 2126-05-01 -o c.toml", "--date: 2126-05-01: expected a day that has been"),
+        ("simulate --tethered --minutes 8 -o c.mcap", "--minutes 8: expected without --tethered"),
     ],
 )
 def test_one_line_before_any_work(here, capsys, call, words):

@@ -165,6 +165,10 @@ def _static_run(arguments: argparse.Namespace) -> tuple[Any, Any]:
     from thrustd.twin.airframe import draw_airframe
     from thrustd.twin.static_run import static_run
 
+    if arguments.minutes is not None:
+        raise UsageError(
+            f"--minutes {arguments.minutes:g}: expected without --tethered, whose programme takes 15 minutes"
+        )
     airframe = draw_airframe(arguments.seed, _knobs(arguments))
     profile, cell = static_run(arguments.seed, airframe.healths)
     write_recording(cell, arguments.out.with_name(f"{arguments.out.stem}-cell.csv"))

@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from datetime import date
+from datetime import date, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -63,9 +63,12 @@ def file_type(suffix: str) -> Callable[[str], Path]:
 def day(text: str) -> date:
     """For an argument that dates a measurement."""
     try:
-        return date.fromisoformat(text)
+        on = date.fromisoformat(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text}: expected a day of the calendar, year-month-day") from None
+    if on > date.today() + timedelta(days=1):  # it is tomorrow somewhere
+        raise argparse.ArgumentTypeError(f"{text}: expected a day that has been")
+    return on
 
 
 def seed(text: str) -> int:
