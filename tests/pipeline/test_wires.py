@@ -7,9 +7,9 @@ from thrustd.pipeline.wires import Wires
 S = 1_000_000_000
 
 
-def said(faults):
+def said(faults, places=None):
     """What goes out of these, and what is left when all are over."""
-    wires, book, out = Wires({}), FaultBook(), []
+    wires, book, out = Wires(places or {}), FaultBook(), []
     for fault in faults:
         out += [told for one in wires.take(fault) if (told := book.take(one)) is not None] + book.due(fault.t_ns)
     return [*out, *book.due(faults[-1].t_ns + 10 * S)]
@@ -35,3 +35,16 @@ def test_messages_that_fail_one_after_the_other_are_named():
 def test_channels_of_the_adc_are_named_each():
     came = [Fault(k, f"adc[{k}]", "open") for k in range(4)]
     assert said(came) == came
+
+
+def test_an_open_channel_is_one_line_and_its_mount_is_said_where_it_stays_dead():
+    places = {"left_lower": ("adc", "adc[1]"), "left_upper": ("adc", "adc[0]")}
+    opened, dead = Fault(5 * S, "adc[1]", "open"), Fault(6 * S, "left_lower", "dead")
+    closed, alive = (fault._replace(t_ns=t * S, active=False) for t, fault in ((9, opened), (10, dead)))
+    assert said([opened, dead, closed, alive], places) == [opened, closed]
+    other = Fault(7 * S, "left_upper", "dead")
+    assert said([opened, dead, other], places) == [opened, other]
+    wires = Wires(places)
+    assert [wires.take(fault) for fault in (opened, dead, closed)] == [[opened], [], [closed]]
+    assert wires.due(10 * S) == []
+    assert wires.due(13 * S) == [dead._replace(t_ns=13 * S)]

@@ -1,7 +1,8 @@
 """One wire that goes takes all its signals along: then the wire is said, not each of fifty signals.
 
 While nothing comes over a wire, and for a moment after it is back, its signals that are stale or dead are kept unsaid;
-those that are still so after that moment are said then. What their counters missed is said as one sum. Where several
+those that are still so after that moment are said then. So it is with a channel of the ADC that is open, and the mount
+behind it. What their counters missed is said as one sum. Where several
 messages of a wire have one trouble at once, the wire has it, and counts. Status bits do not wait: see `fault_status`.
 """
 
@@ -21,11 +22,23 @@ WITH_THE_WIRE = frozenset({"stale", "dead"})
 class Wires:
     """Which wires carry nothing, and what is not said because of them. Mutable, reads no clock."""
 
-    __slots__ = ("_back_ns", "_began", "_heard", "_lost", "_silent", "_unplugged", "_unsaid", "_wire_of", "next_ns")
+    __slots__ = (
+        "_back_ns",
+        "_began",
+        "_heard",
+        "_lost",
+        "_open",
+        "_silent",
+        "_unplugged",
+        "_unsaid",
+        "_wires_of",
+        "next_ns",
+    )
 
-    def __init__(self, wire_of: Mapping[str, str]) -> None:
-        """`wire_of`: place of a fault -> the wire over which it is known."""
-        self._wire_of = wire_of
+    def __init__(self, wires_of: Mapping[str, tuple[str, ...]]) -> None:
+        """`wires_of`: place of a fault -> the wire over which it is known, and the channel of it."""
+        self._wires_of = wires_of
+        self._open: set[str] = set()  # channels
         self._silent: set[str] = set()
         self._unplugged: set[str] = set()
         self._back_ns = {ADC: 0, CAN: 0}
@@ -39,7 +52,8 @@ class Wires:
         """What is to be told of the wires at a fused step; `adc_ns`, `can_ns`: when each last brought something."""
         self.next_ns = t_ns + EVERY_NS
         if not self._began:
-            self._began, self._back_ns = True, {ADC: t_ns, CAN: t_ns}
+            self._began = True
+            self._back_ns |= {ADC: t_ns, CAN: t_ns}
         found = []
         for wire, heard_ns in ((ADC, adc_ns), (CAN, can_ns)):
             silent = t_ns - max(heard_ns, self._back_ns[wire]) >= SILENT_NS and wire not in self._unplugged
@@ -49,8 +63,8 @@ class Wires:
 
     def take(self, fault: Fault) -> list[Fault]:
         """The fault when it is to be said now."""
-        gone = {"silent": self._silent, "unplugged": self._unplugged}.get(fault.kind)
-        if gone is not None and fault.where in self._back_ns:
+        gone = {"silent": self._silent, "unplugged": self._unplugged, "open": self._open}.get(fault.kind)
+        if gone is not None and (fault.where in self._back_ns or gone is self._open):
             (gone.add if fault.active else gone.discard)(fault.where)
             if not fault.active:
                 self._back_ns[fault.where] = fault.t_ns
@@ -58,12 +72,12 @@ class Wires:
         if fault.kind == "lost" and wire != fault.where and not self._may_speak(wire, fault.t_ns):
             self._lost[wire] += fault.count
             return []
-        if fault.kind not in WITH_THE_WIRE or fault.where not in self._wire_of:
+        if fault.kind not in WITH_THE_WIRE or fault.where not in self._wires_of:
             return [self._of_the_wire(fault, wire)]
         what = fault.where, fault.kind
         if not fault.active:
             return [] if self._unsaid.pop(what, None) else [fault]
-        if self._may_speak(self._wire_of[fault.where], fault.t_ns):
+        if self._answers_for_itself(fault.where, fault.t_ns):
             return [fault]
         self._unsaid[what] = fault
         return []
@@ -86,18 +100,21 @@ class Wires:
         lost = [wire for wire, count in self._lost.items() if count and self._may_speak(wire, t_ns)]
         sums = [Fault(t_ns, wire, "lost", count=self._lost.pop(wire)) for wire in lost]
         self._lost |= dict.fromkeys(lost, 0)
-        late = [what for what in self._unsaid if self._may_speak(self._wire_of[what[0]], t_ns)]
+        late = [what for what in self._unsaid if self._answers_for_itself(what[0], t_ns)]
         return [*sums, *(self._unsaid.pop(what)._replace(t_ns=t_ns) for what in late)]
 
+    def _answers_for_itself(self, place: str, t_ns: int) -> bool:
+        return all(self._may_speak(wire, t_ns) for wire in self._wires_of[place])
+
     def _may_speak(self, wire: str, t_ns: int) -> bool:
-        gone = wire in self._silent or wire in self._unplugged
-        return not gone and t_ns - self._back_ns[wire] >= RETURN_NS
+        gone = wire in self._silent or wire in self._unplugged or wire in self._open
+        return not gone and t_ns - self._back_ns.get(wire, -RETURN_NS) >= RETURN_NS
 
 
-def wires_of(config: Config, heard: tuple[tuple[str, int], ...]) -> dict[str, str]:
-    """Place of a fault -> its wire; `heard`: signals with their index that come over the bus."""
-    mounts = {mount.name: ADC for mount in config.mount}
-    return {**mounts, **{f"{signal}[{index}]": CAN for signal, index in heard}}
+def wires_of(config: Config, heard: tuple[tuple[str, int], ...]) -> dict[str, tuple[str, ...]]:
+    """Place of a fault -> its wire and channel; `heard`: signals with their index that come over the bus."""
+    mounts = {mount.name: (ADC, f"{ADC}[{mount.adc_channel}]") for mount in config.mount}
+    return {**mounts, **{f"{signal}[{index}]": (CAN,) for signal, index in heard}}
 
 
 def engines_of(config: Config) -> dict[str, int]:
