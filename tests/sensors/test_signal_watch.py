@@ -7,7 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 from thrustd.core.aircraft import SensorLimits
-from thrustd.sensors.signal_watch import SignalWatch, fresh_rows, limit_rows, watch
+from thrustd.sensors.signal_watch import SignalWatch, limit_rows, watch
+from thrustd.sensors.watch_row import fresh_rows
 
 LIMITS = SensorLimits(jump=0.5, noise=0.3, stuck_s=10.0, rate=1.0, low=-3.0, high=5.0)
 CALM_STEPS, SENSORS = 50, 6

@@ -4,9 +4,8 @@ Stepped at 10 Hz, all sensors at once. Fuel flow, N1 and N2 of one engine go tog
 alone is weighed in `bank`, for a fuel flow leads its spools. A larger jump is doubted at once (the sensor is left out)
 and judged CONFIRM_S later: if the signal stays where it jumped to, it is an offset; if it came back it was a spike, or
 if the aircraft may have gone there meanwhile. What was dead, stuck or noisy is trusted where it comes to rest.
-Noise is the median of |second difference| over 2 s, which one jump cannot lift, of what turns back. What keeps its way
-is none: a sender slides past our steps, and then one hears a value twice and the next leaves one out. A sensor that is
-read once a second rests in between: three jumps within some seconds are its noise, and a jump of it is judged later.
+A sensor that is read once a second rests in between: three jumps within some seconds are its noise, and a jump of it is
+judged later.
 """
 
 from math import isfinite
@@ -20,27 +19,43 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.sensors.limits import ALONE_STUCK_S, FLYING_MACH, TURNING_N1_PCT
 from thrustd.sensors.monitor_inputs import ENGINE_SIGNALS
+from thrustd.sensors.watch_row import (
+    AWAY,
+    CALM,
+    DEAD,
+    DRIFT,
+    DRIFT_STEPS,
+    FROM,
+    HEALTHY,
+    JUMP,
+    JUMPS,
+    KIND,
+    KINDS,
+    LAST,
+    LONGEST,
+    MISSING,
+    N_BENDS,
+    N_VALUES,
+    NOISY,
+    OFFSET,
+    RESTING,
+    SEEN,
+    SINCE_JUMP,
+    STEP_S,
+    STUCK,
+    WATCHED,
+    append,
+    is_noisy,
+)
 
-STEP_S, DEAD_S = 0.1, 1.0
+DEAD_S = 1.0
 CONFIRM_S, SELDOM_CONFIRM_S = 1.0, 2.5
-TURNS = 0.713  # of white noise, which turns back two times in three: median |second difference| over that of those
-HELD_S = 0.3  # a value repeated for so long may be one that comes seldom: what it bent by still holds
 JUMP_FADES_S, NOISY_JUMPS = 3.0, 2.0  # the third in a row, or of four readings
-DRIFT_STEPS = 30
 CALM_S = 5.0  # free of the symptom this long: trusted again
 BACK_S = 0.5  # a sensor that was silent did not lie
 LEARN_REST_S = 60.0  # watched for this long, a sensor has shown how long it may rest
 REST_FACTOR = 4.0
 SHORTEST_STUCK_S = 6.0
-
-KINDS = ("", "dead", "stuck", "noisy", "offset", "drift")
-HEALTHY, DEAD, STUCK, NOISY, OFFSET, DRIFT = (float(code) for code in range(len(KINDS)))
-# the memory of one sensor, a row of numbers; JUMP is the size of the jump in doubt or confirmed, FROM the value before,
-# AWAY how long ago that was, JUMPS how many there were, fading
-KIND, SEEN, CALM, MISSING, JUMP, FROM, AWAY, SINCE_JUMP, RESTING, LONGEST, WATCHED, JUMPS, N_VALUES, N_BENDS = range(14)
-VALUES, LAST = N_BENDS + 1, N_BENDS + DRIFT_STEPS + 1  # the newest at LAST, N_VALUES of them count
-BENDS, LAST_BEND, WIDTH = LAST + 1, LAST + 19, LAST + 20  # |second differences|, the newest at LAST_BEND
-NOISE_S = (WIDTH - BENDS) * STEP_S  # they cover
 JUMP_LIMIT, NOISE_LIMIT, STUCK_LIMIT, RATE_LIMIT, LOW, HIGH, _, MOVES = range(8)  # the fields of SensorLimits
 WITNESS_STEPS = 10
 N1, N2, PER_ENGINE = ENGINE_SIGNALS.index("n1_pct"), ENGINE_SIGNALS.index("n2_pct"), len(ENGINE_SIGNALS)
@@ -89,24 +104,9 @@ class SignalWatch:
             self._row[JUMP] = 0.0
 
 
-def fresh_rows(n: int) -> Floats:
-    """(n, WIDTH), nothing seen yet."""
-    rows = np.zeros((n, WIDTH))
-    rows[:, SINCE_JUMP] = 1e9
-    return rows
-
-
 def limit_rows(limits: list[SensorLimits]) -> Floats:
     """(n, 8), one row per sensor."""
     return np.array([astuple(each) for each in limits], dtype=np.float64)
-
-
-def is_sane(rows: Floats) -> bool:
-    """Numbers that `watch` may have left."""
-    counts = rows[:, (KIND, N_VALUES, N_BENDS)]
-    most = len(KINDS) - 1, BENDS - VALUES, WIDTH - BENDS
-    whole = bool(np.isfinite(rows).all()) and bool((counts == np.floor(counts)).all())
-    return whole and bool((counts >= 0).all()) and bool((counts <= most).all())
 
 
 @compiled
@@ -179,32 +179,6 @@ def _watch_jump(row: Floats, value: float, limit: float, confirm_s: float) -> No
 
 
 @compiled
-def _bend(row: Floats, value: float) -> float:
-    """|Second difference| where the signal turns back, from its last move to this one; 0 where it goes on, or rests."""
-    if value == row[LAST]:
-        return row[LAST_BEND] if row[RESTING] < HELD_S else 0.0
-    i, first = LAST, LAST + 1 - int(row[N_VALUES])
-    while i > first and row[i] == row[i - 1]:
-        i -= 1
-    move, before = value - row[LAST], row[i] - row[max(i - 1, first)]
-    return TURNS * abs(move - before) if move * before < 0.0 else 0.0
-
-
-@compiled
-def _append(row: Floats, value: float) -> None:
-    if row[N_VALUES] >= 2:
-        bend = _bend(row, value)
-        for i in range(BENDS, LAST_BEND):
-            row[i] = row[i + 1]
-        row[LAST_BEND] = bend
-        row[N_BENDS] = min(row[N_BENDS] + 1, WIDTH - BENDS)
-    for i in range(VALUES, LAST):
-        row[i] = row[i + 1]
-    row[LAST] = value
-    row[N_VALUES] = min(row[N_VALUES] + 1, BENDS - VALUES)
-
-
-@compiled
 def _confirm_s(limits: Floats) -> float:
     return CONFIRM_S if isfinite(limits[NOISE_LIMIT]) else SELDOM_CONFIRM_S
 
@@ -231,15 +205,6 @@ def _stuck_s(row: Floats, longest_s: float) -> float:
 
 
 @compiled
-def _is_noisy(row: Floats, limit: float) -> bool:
-    """The median of a full 2 s, of which two thirds turn back, is above the limit."""
-    above = 0
-    for i in range(BENDS, WIDTH):
-        above += row[i] > limit
-    return row[N_BENDS] == WIDTH - BENDS and 3 * above > WIDTH - BENDS
-
-
-@compiled
 def _drifts(row: Floats, rate_limit: float) -> bool:
     if row[N_VALUES] <= DRIFT_STEPS:
         return False
@@ -250,7 +215,7 @@ def _drifts(row: Floats, rate_limit: float) -> bool:
 def _symptom(row: Floats, limits: Floats, value: float, active: bool, longest_rest_s: float) -> float:
     if active and row[RESTING] >= _stuck_s(row, longest_rest_s):
         return STUCK
-    if _is_noisy(row, limits[NOISE_LIMIT]) if isfinite(limits[NOISE_LIMIT]) else row[JUMPS] >= NOISY_JUMPS:
+    if is_noisy(row, limits[NOISE_LIMIT]) if isfinite(limits[NOISE_LIMIT]) else row[JUMPS] >= NOISY_JUMPS:
         return NOISY
     if _offset(row, value, limits[JUMP_LIMIT], _confirm_s(limits)):
         return OFFSET
@@ -294,7 +259,7 @@ def _watch(rows: Floats, limits: Floats, values: Floats, n_mounts: int, n_engine
             row[SEEN], row[MISSING] = 1.0, 0.0
             _watch_jump(row, value, limits[i, JUMP_LIMIT], _confirm_s(limits[i]))
             _watch_rest(row, value, active[i])
-            _append(row, value)
+            append(row, value)
             _set(row, _symptom(row, limits[i], value, active[i], rest_s[i]))
             _forget_where(row)
         else:

@@ -9,16 +9,8 @@ from thrustd.core.aircraft import SensorLimits
 from thrustd.core.columns import Floats
 from thrustd.core.errors import ConfigError
 from thrustd.sensors.monitor_inputs import AIRCRAFT_SIGNALS, ENGINE_SIGNALS, Layout, Sensor
-from thrustd.sensors.signal_watch import (
-    NOISE_S,
-    WITNESS_STEPS,
-    SignalWatch,
-    fresh_rows,
-    is_sane,
-    leapt,
-    limit_rows,
-    watch,
-)
+from thrustd.sensors.signal_watch import WITNESS_STEPS, SignalWatch, leapt, limit_rows, watch
+from thrustd.sensors.watch_row import NOISE_S, fresh_rows, is_sane
 
 MOVED_PCT, MOVED_STEPS = 3.0, 10  # spools that moved this far within a second: the throttle was moved
 RESTING_S = 2.0  # longer: it is stuck
