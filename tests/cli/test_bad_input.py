@@ -32,6 +32,12 @@ def test_a_good_aircraft_is_ready(good, capsys):
     assert '"ok":true' in capsys.readouterr().out
 
 
+def test_check_says_what_flies_beside_what_a_rigid_body_would_carry(good, capsys):
+    """It printed 35 % alone, and 46 % flew."""
+    assert main(["check", str(good / "aircraft.toml")]) == 0
+    assert "35 % of thrust, -1423 +- 30 N at 1 g; 46 % flies, without weight" in capsys.readouterr().out
+
+
 def test_an_aircraft_whose_sensors_are_not_heard_is_not_ready(broken, capsys):
     assert main(["check", str(broken / "aircraft.toml"), "--live", "0.4"]) == 1
     lines = capsys.readouterr().out.splitlines()

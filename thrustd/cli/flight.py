@@ -99,20 +99,25 @@ def _hangs(aircraft: "AircraftData") -> dict[str, Any]:
     statics = carried(aircraft)
     fronts = [each.mount for each in statics if each.thrust_share]
     lost = [one for one in left_over(aircraft) if one.lost in fronts]
-    return {"statics": statics, "lost": lost, "cant": aircraft.cant}
+    flown = {name: aircraft.share(place) for place, name in enumerate(fronts)}
+    return {"statics": statics, "flown": flown, "lost": lost, "cant": aircraft.cant}
 
 
-def _print_hangs(statics: "list[Carried]", lost: "list[Left]", cant: "dict[str, Cant]") -> None:
+def _print_hangs(
+    statics: "list[Carried]", flown: "dict[str, float]", lost: "list[Left]", cant: "dict[str, Cant]"
+) -> None:
     from thrustd.core.measures import SIGMAS_95
 
     for each in (each for each in statics if each.thrust_share):
         one_g = f"{each.weight_n:+.0f} +- {SIGMAS_95 * each.weight_std_n:.0f} N at 1 g"
-        print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}")
+        share = flown[each.mount]
+        flies = "" if share == each.thrust_share else f"; {100 * share:.0f} % flies, without weight: rigid_body = false"
+        print(f"{each.mount} mount by rigid-body statics: {100 * each.thrust_share:.0f} % of thrust, {one_g}{flies}")
     for one in lost:
         held = f"{one.lost} mount lost: {one.mount} carries {100 * one.thrust_share:.0f} % of thrust; no mount holds"
         print(f"{held} {one.thrust_turns_m:.2f} N m per N of it and {one.weight_turns_nm:.0f} N m of the weight")
     for mount, leans in cant.items():
-        print(f"{mount}: leans {leans.deg:+.2f} +- {SIGMAS_95 * leans.std_deg:.2f} deg, nose up")
+        print(f"{mount}: leans {leans.deg:+.2f} +- {SIGMAS_95 * leans.std_deg:.2f} deg (95 %), nose up")
 
 
 def check_verb(arguments: argparse.Namespace) -> int:
