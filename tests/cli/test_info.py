@@ -69,6 +69,8 @@ def test_a_file_without_a_known_time_is_described_and_its_time_may_be_named(tmp_
         assert told["sample_hz"] == pytest.approx(hertz) and told["channels"]["Load [kN]"] == "kN"
     assert main(["info", str(path), "--rate", "-1"]) == 2
     assert "above 0" in capsys.readouterr().err
+    assert main(["info", str(path), "--time", "Time [s]", "--rate", "50"]) == 2
+    assert "--rate 50: --time Time [s] says when; expected one of both" in capsys.readouterr().err
 
 
 def test_an_effect_has_the_word_of_all_reports_and_its_own_law_in_brackets(capsys):

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thrustd.records.roles import Roles
     from thrustd.records.time_axis import TimeAxis
 
+TIME = "time_s"
 MOUNT_COLUMNS = ("deformation_mm", "force_N")
 
 
@@ -37,7 +38,7 @@ def add_roles(parser: argparse.ArgumentParser) -> None:
 
 
 def add_time(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--time", metavar="COLUMN", default="time_s", help="column of time in seconds (default time_s)")
+    parser.add_argument("--time", metavar="COLUMN", default=TIME, help=f"column of time in seconds (default {TIME})")
     parser.add_argument("--rate", type=float, metavar="HZ", help="samples per second, for files without a time column")
 
 
@@ -113,6 +114,8 @@ def time_axis(arguments: argparse.Namespace) -> "TimeAxis":
 
     if arguments.rate is not None and not 0 < arguments.rate <= 1e9:
         raise UsageError(f"--rate {arguments.rate:g}: expected samples per second, above 0, at most 1e9")
+    if arguments.time != TIME and arguments.rate is not None:
+        raise UsageError(f"--rate {arguments.rate:g}: --time {arguments.time} says when; expected one of both")
     return TimeAxis(arguments.time, arguments.rate)
 
 

@@ -67,6 +67,13 @@ def test_more_of_what_identify_found_by_itself_is_added_on_top():
     assert compare({"more": more.spec}, [record([slow], seed=1)]).comparisons[0].rmse_n < 20.0
 
 
+def test_what_may_as_well_be_nothing_is_left_out_of_several():
+    """Two at once: without either alone the other did not stand, and both were written."""
+    report = extend(mount(), [record([inertia(100.0)])], ["axial_inertia", "sensor_drift", "nacelle_drag"])
+    assert report.effects == ("axial_inertia",)
+    assert set(report.left_out) == {"sensor_drift", "nacelle_drag"}
+
+
 def test_what_these_data_do_not_tell_stays_as_it_was_found():
     one = extend(mount(), [record([inertia(100.0)])], ["axial_inertia"]).spec
     drag = record(added=lambda d: -0.02 * d["dynamic_pressure_Pa"], seed=3)

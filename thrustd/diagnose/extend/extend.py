@@ -79,7 +79,7 @@ def extend(
         return nothing, *_fitted(known, few, nothing, possible, question.rig, progress)
 
     known, few, (nothing, fit, tried), base = searched(question, search, lambda found: found[1])
-    fit = plain(known, few, pruned(known, few, nothing, fit, tried), question.rig)
+    fit = plain(known, few, _that_help(known, few, pruned(known, few, nothing, fit, tried)), question.rig)
     same = rivals(fit, [*tried, *elsewhere(known, few, fit, question.rig)])
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
@@ -157,6 +157,17 @@ def _fitted(
         all_tried += tried
         best = simplest(tried) if tried else best
     return best, all_tried
+
+
+def _that_help(base: Base, rows: Sequence[Record], fit: Joint) -> Joint:
+    """Without effects that may as well be nothing, where the others leave as little without them."""
+    while len(fit.terms) > 1 and min(fit.sigmas) <= SIGMAS_95:
+        least = fit.sigmas.index(min(fit.sigmas))
+        fewer = joint_fit(base, rows, [*fit.terms[:least], *fit.terms[least + 1 :]])
+        if gained(fewer, fit):
+            break
+        fit = fewer
+    return fit
 
 
 def _told(fit: Joint) -> bool:

@@ -48,7 +48,7 @@ def never_excited(spec: ModelSpec) -> tuple[str, ...]:
     low, high = spec.valid.force_n
     if low <= UNSEEN * high:
         return ()
-    return (f"force_N never goes below {low:.4g} N; flight idle lies lower, where the model extrapolates",)
+    return (f"force_N never goes below {100 * low / high:.0f} % of its largest; lower, the model extrapolates",)
 
 
 def lagging(found: Solution) -> tuple[str, ...]:
