@@ -94,3 +94,9 @@ def test_a_curve_ends_where_the_data_end():
     assert np.abs(compile_model(found, 50.0).simulate(further)).max() < 100.0
     same = [compile_model(each, 50.0).simulate(segment.inputs["deformation_mm"][:, None]) for each in (found, BETWEEN)]
     assert same[0] == pytest.approx(same[1], abs=1e-9)
+
+
+def test_a_block_without_memory_has_no_zeros():
+    """That of noise about one level: `identify` of such a record ended in a traceback."""
+    alone = LinearBlock(0.3, [])
+    assert not len(_zeros(alone, _poles(alone)))

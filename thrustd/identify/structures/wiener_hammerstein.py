@@ -221,6 +221,8 @@ def _poles(linear: LinearBlock) -> Roots:
 
 def _zeros(linear: LinearBlock, poles: Roots) -> Roots:
     """Roots of direct prod(1 - s/p) + sum g_i prod_{k != i}(1 - s/p_k), in units of the fastest pole."""
+    if not len(poles):  # noise about one level
+        return poles
     pairs = [complex(m.gain_re, m.gain_im) / 2 for m in linear.complex_modes]
     gains = np.array([m.gain for m in linear.real_modes] + pairs + [g.conjugate() for g in pairs], complex)
     scale = float(np.abs(poles).max())
