@@ -157,6 +157,6 @@ def test_check_says_it(tmp_path, capsys):
     (tmp_path / FILE).write_text(BOTH + (folder / FILE).read_text())
     (tmp_path / "canaerospace.dbc").write_bytes((folder / "canaerospace.dbc").read_bytes())
     assert main(["check", str(tmp_path / "hil.toml")]) == 0
-    assert "left_upper: leans +2.00 +- 0.98 deg, nose up" in capsys.readouterr().out
+    assert "left_upper: leans +2.00 +- 0.98 deg (95 %), nose up" in capsys.readouterr().out
     assert main(["check", str(tmp_path / "hil.toml"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["cant"]["right_lower"] == {"deg": -1.0, "std_deg": 0.25}
