@@ -10,7 +10,7 @@ from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
 from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, mostly, shows, usual
-from thrustd.diagnose.search.ranking import advanced
+from thrustd.diagnose.search.sets import advanced
 from thrustd.identify.segments import segments_of
 from thrustd.records.recording import make_recording
 
@@ -92,17 +92,17 @@ CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plate
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
 def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest(left, believed):
     large = fit(10.0)
-    step = advanced(CELL, fit(1000.0, ()), large, [fit(left, ("law", "other"))])
-    assert (step is not None) == believed
+    found, _ = advanced(CELL, fit(1000.0, ()), large, [fit(left, ("law", "other"))])
+    assert (found is not large) == believed
 
 
 def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
     cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
     large, more = fit(3.0), fit(1.5, ("law", "other"))
-    assert advanced(CELL, fit(100.0, ()), large, [more]) is None
-    assert advanced(cubic, fit(100.0, ()), large, [more]) is not None
+    assert advanced(CELL, fit(100.0, ()), large, [more])[0] is large
+    assert advanced(cubic, fit(100.0, ()), large, [more])[0] is more
     moved = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=100.0**2, own_plateau=np.inf, tremble=0.0)
-    assert advanced(moved, fit(23.0, ()), large, [more]) is None  # a bench's core that moved had hidden most of it
+    assert advanced(moved, fit(23.0, ()), large, [more])[0] is large  # a bench's core that moved had hidden most of it
 
 
 def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():

@@ -3,13 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
-from hypothesis import assume, given
-from hypothesis import strategies as st
 
 from thrustd.diagnose.search import better, ranking
-from thrustd.diagnose.search.better import borrowed, fewest, gained, rivals, stands
-from thrustd.diagnose.search.floor import at_floor
-from thrustd.diagnose.search.ranking import adds, advanced, carried, pruned, room, settled
+from thrustd.diagnose.search.better import borrowed, fewest, gained, rivals
+from thrustd.diagnose.search.ranking import pruned, settled
 
 RNG = np.random.default_rng(3)
 COMMON = RNG.normal(size=48)
@@ -50,15 +47,6 @@ def test_an_effect_that_spares_core_or_cell_most_of_their_way_is_worth_as_much_a
     assert not gained(nothing, drift)
 
 
-def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_verdict():
-    """Blocks that follow one another share a drift, and agree on whatever follows it."""
-    nothing, drifted, more = _fit("", 1.0, 0.0), _fit("m", 0.9, 0.01), _fit("mr", 0.8, 0.01)
-    drifted.shown = more.shown = False
-    assert gained(nothing, drifted) and not stands(nothing, drifted)
-    cell = SimpleNamespace(own_mse=np.inf, as_is_mse=np.inf, promised=0.5, own_plateau=np.inf, tremble=0.0)
-    assert advanced(cell, nothing, nothing, [drifted, more]) is None
-
-
 def test_a_curve_that_explains_more_than_the_core_moves_beside_it_is_not_borrowed_from_the_core():
     laws = _fit("m", 3.0, 0.0)
     laws.solution = SimpleNamespace(noise_variance=1.0)
@@ -72,29 +60,6 @@ def test_a_curve_that_explains_more_than_the_core_moves_beside_it_is_not_borrowe
     curve.noise_variance = 10.0
     curve.moved = 10.0  # not surely further than beside the laws
     assert not borrowed(curve, laws)
-
-
-@given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.0, 1.0))
-def test_where_there_is_no_room_nothing_that_leaves_the_floor_or_more_is_added(found, floor, share):
-    """Else sets would be left out that could be the verdict."""
-    base = SimpleNamespace(own_mse=np.inf, as_is_mse=np.inf, promised=np.sqrt(floor), own_plateau=np.inf, tremble=0.0)
-    nothing, best = _fit("", 1.0, 0.0), _fit("m", max(found, floor), 0.0)
-    more = _fit("mr", floor + share * (best.mse - floor), 0.0)
-    nothing.plateau = best.plateau = more.plateau = np.inf
-    assume(not at_floor(best, base))  # nothing is looked for there
-    assert room(base, nothing, best) or not adds(base, nothing, best, more)
-
-
-def test_of_the_sets_that_are_grown_further_one_is_of_other_effects():
-    """Two laws of friction filled the beam, and inertia, beside which friction has another law, was not grown from."""
-    stops, skewed, inertia, play = (
-        _fit(word, mse, 0.0) for word, mse in zip("hhmp", (1.0, 1.1, 1.2, 1.3), strict=True)
-    )
-    for fit in (stops, skewed, inertia, play):
-        fit.words = fit.terms
-    assert carried(stops, [inertia, play, skewed, stops]) == [stops, skewed, inertia]
-    assert carried(stops, [inertia, play, stops]) == [stops, inertia]
-    assert carried(skewed, [stops, skewed]) == [skewed, stops]
 
 
 def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
@@ -132,27 +97,3 @@ def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimat
     alone.solution = pair.solution
     assert alone.words == ("m",)
     assert settled(None, (), SimpleNamespace(looked=[], nothing=nothing), fits, alone) is alone
-
-
-def test_a_pair_is_tried_where_a_single_effect_leaves_less_but_is_not_told_from_nothing(monkeypatch):
-    """A drift and a scale: each alone helps, by an amplitude that may as well be nothing."""
-    nothing, drift, both = _fit("", 1.0, 0.0), _fit("d", 0.7, 0.0), _fit("ds", 0.1, 0.0)
-    drift.shown = False
-    pair = SimpleNamespace(terms=(SimpleNamespace(free=()), SimpleNamespace(free=())), removes=0.5)
-    looked = SimpleNamespace(term=SimpleNamespace(effect=SimpleNamespace(word="d")))
-    looks = SimpleNamespace(looked=[looked], table=None, probes=[], terms=[])
-    monkeypatch.setattr(ranking, "leading", lambda looked, **_: looked)
-    monkeypatch.setattr(ranking, "grown", lambda *_: drift)
-    monkeypatch.setattr(ranking, "unheard", lambda *_: [])
-    monkeypatch.setattr(ranking, "singles", lambda *_: [])
-    monkeypatch.setattr(ranking, "screened_pairs", lambda *_: [pair])
-    monkeypatch.setattr(ranking, "begin_at", lambda term: np.zeros(0))
-    monkeypatch.setattr(ranking, "joint_fit", lambda *_: both)
-    monkeypatch.setattr(ranking, "at_floor", lambda fit, base: explained)
-    explained = True
-    assert gained(nothing, drift) and not stands(nothing, drift)
-    assert ranking.grown_from(None, [], looks, nothing, [nothing], lambda word: None) == [drift, both]
-    explained = False  # some of it many laws take, and any two take more
-    assert ranking.grown_from(None, [], looks, nothing, [nothing], lambda word: None) == [drift]
-    explained, drift.shown = True, True
-    assert ranking.grown_from(None, [], looks, nothing, [nothing], lambda word: None) == [drift]

@@ -7,7 +7,6 @@ seen is learnt here.
 
 import itertools
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Any
 
 import msgspec
@@ -31,9 +30,10 @@ from thrustd.diagnose.search.joint import Joint, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.plain import elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
-from thrustd.diagnose.search.ranking import advanced, grown_from, look, pruned
+from thrustd.diagnose.search.ranking import pruned
 from thrustd.diagnose.search.reading import searched
 from thrustd.diagnose.search.screen import TRIED, leading
+from thrustd.diagnose.search.sets import look, sets_grown
 from thrustd.diagnose.search.told import as_told, estimates_of, specs_of
 from thrustd.identify.artifact import data_sha256, witness_rows
 from thrustd.identify.error_map import error_map
@@ -138,16 +138,10 @@ def _fitted(
     every = [law for laws in chosen.values() for law in laws]
     looks = look(base, rows, nothing, every, rig)
     most = max(2 * TRIED, 2 * sum(BY in law.name for law in every))  # the search estimates all that follow a channel
-    best, beam = nothing, [nothing]
-    all_tried: list[Joint] = []
-    for i in range(len(chosen)):
-        tell = partial(_tell, progress, 0.85 * i / len(chosen))
-        grown = grown_from(base, rows, looks, best, beam, tell, most)
-        all_tried += grown
-        step = advanced(base, nothing, best, grown)
-        if step is None:
-            break
-        best, beam = step
+    count = len(chosen)
+    best, all_tried = sets_grown(
+        base, rows, looks, count, lambda size, word: _tell(progress, 0.85 * size / count, word), most
+    )
     for word, laws in chosen.items():
         if word in best.words:
             continue

@@ -6,7 +6,7 @@ is judged by what it explains that the core cannot absorb under its prior, on bl
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 
@@ -167,25 +167,18 @@ def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
 
 
 def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED) -> list[Looked]:
-    """The best few that say anything, each in its best shape: so many laws that there are a few effects among them.
+    """The best few effects that say anything, and their other laws as far as there is room, each in its best shape.
 
     A law with a shape held at its bound, which begins there, is another than the same with that shape free.
     """
-    found: dict[tuple[str, ...], Looked] = {}
+    laws: dict[tuple[str, ...], Looked] = {}
     for one in looked:
-        words = {law.term.effect.word for law in found.values()}
-        if one.removes > least and len(words) < TRIED and len(found) < most:
-            found.setdefault((one.term.effect.name, *(p.name for p in one.term.free)), one)
-    return list(found.values())
-
-
-def singles(looked: Sequence[Looked], probes: Sequence[Probe]) -> list[Probe]:
-    """The best law of each effect."""
-    found: dict[str, Term] = {}
-    for one in looked:
-        found.setdefault(one.term.effect.word, one.term)
-    best = {id(term) for term in found.values()}
-    return [probe for probe in probes if id(probe.term) in best]
+        if one.removes > least:
+            laws.setdefault((one.term.effect.name, *(p.name for p in one.term.free)), one)
+    words = list(dict.fromkeys(law.term.effect.word for law in laws.values()))[:TRIED]
+    first = [next(law for law in laws.values() if law.term.effect.word == word) for word in words]
+    further = [law for law in laws.values() if law.term.effect.word in words and law not in first]
+    return [law for law in laws.values() if law in [*first, *further[: most - len(first)]]]
 
 
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:
@@ -201,23 +194,6 @@ def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[L
                 mse = table.squares(np.concatenate(thin), positive)
                 found.append(Looked(term, mse, before, table.averaged))
     return sorted(found, key=lambda looked: looked.mse)
-
-
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """Two candidates together, linearised."""
-
-    terms: tuple[Term, Term]
-    removes: float  # share of the squared error on held-back blocks
-
-
-def screened_pairs(table: Table, probes: Sequence[Probe]) -> list[Pair]:
-    """Best first."""
-    before, found = table.mse(), []
-    for one, other in combinations(probes, 2):
-        columns, positive = np.column_stack((one.columns, other.columns)), (*one.positive, *other.positive)
-        found.append(Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before))
-    return sorted(found, key=lambda pair: -pair.removes)
 
 
 Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what the core gives, and what lies beside it

@@ -1,0 +1,183 @@
+"""Sets of effects that grow from nothing, every one estimated whole on blocks of time held back.
+
+Two sets and one of other effects are carried on at every size (a beam), whether or not they stand: beside what is still
+missing none may. Where nothing that stands explains all, another effect is tried in every member's place.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.better import eased, gained, simplest, stands
+from thrustd.diagnose.search.floor import at_floor, before, floor_of, left
+from thrustd.diagnose.search.grow import grown, hopeful, joined, seen_beside, unheard
+from thrustd.diagnose.search.joint import Joint, unmoved
+from thrustd.diagnose.search.library import Rig, laws, terms_of
+from thrustd.diagnose.search.screen import TRIED, Looked, Table, leading, probed, screened, table_of
+from thrustd.identify.regression.record import Record
+from thrustd.identify.regression.terms import Term, split
+from thrustd.model.effect import Effect
+
+MOST = 3  # effects in a set
+BEAM = 2  # sets carried on
+LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
+
+
+@dataclass(frozen=True, slots=True)
+class Looks:
+    """The fit without any effect, its linear look at every law, and the laws, each from every start."""
+
+    nothing: Joint
+    table: Table
+    looked: list[Looked]
+    terms: list[Term]
+    worth: float  # of the mean square beside the moved core that the best law removes
+
+
+def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequence[Effect], rig: Rig) -> Looks:
+    """Every law is looked at from two places: core and reference moved to these records, and both as they were.
+
+    A core, or a cell that walks, that has taken on much of a large effect hides it; one that was wrong shows too much.
+    The laws' own columns are those beside the moved core in both: a linear look needs no second run of each.
+    """
+    terms = [term for effect in laws(effects) for term in terms_of(effect, rig)]
+    table = table_of(base, nothing)
+    probes, left_mse = probed(table, terms), table.mse()
+    moved = screened(table, probes)
+    still = screened(table_of(base, unmoved(base, records, nothing), still=base.benched), probes)
+    seen = [*moved, *(replace(one, before=max(one.before, left_mse) if base.benched else left_mse) for one in still)]
+    clearest = {id(one.term): one for one in sorted(seen, key=lambda one: one.removes)}
+    looked = sorted(clearest.values(), key=lambda one: -one.removes)
+    return Looks(nothing, table, looked, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
+
+
+def sets_grown(
+    base: Base,
+    records: Sequence[Record],
+    looks: Looks,
+    most: int,
+    tell: Callable[[int, str], None],
+    laws: int = 2 * TRIED,
+    said: Callable[[list[Joint], Joint], bool] = lambda singles, best: False,
+) -> tuple[Joint, list[Joint]]:
+    """The best set of at most so many effects that grows from nothing, and every set that was estimated on the way.
+
+    `said`: whether the single effects, of which this one stands, say that no set is to be looked for.
+    """
+    best, beam, fits = looks.nothing, [looks.nothing], list[Joint]()
+    for size in range(most):
+        if size and not room(base, looks.nothing, best):  # a core that has moved there is no reason not to look
+            break
+        larger = grown_from(base, records, looks, best, beam, partial(tell, size), laws)
+        fits += larger
+        best, beam = advanced(base, looks.nothing, best, larger)
+        if not beam or (size == 0 and said(larger, best)):
+            return best, fits
+    least = min(fits, key=lambda fit: fit.mse, default=best)
+    if len(least.terms) > 1 and room(base, looks.nothing, best):  # one of its members may be in the true one's place
+        rivals = exchanged(base, records, looks, least, fits)
+        best, _ = advanced(base, looks.nothing, best, rivals)
+        fits += rivals
+    return best, fits
+
+
+def grown_from(
+    base: Base,
+    records: Sequence[Record],
+    looks: Looks,
+    best: Joint,
+    beam: Sequence[Joint],
+    tell: Callable[[str], None],
+    most: int,
+) -> list[Joint]:
+    """Every set of the beam with one effect more, estimated whole: by `most` laws at most, those that look best."""
+    found: list[Joint] = []
+    for member in beam:
+        seen = seen_beside(base, member, looks.terms, member.words) if member.terms else looks.looked
+        own: list[Joint] = []
+        for one in hopeful(base, leading(seen, most=most), best, found):
+            tell(one.term.effect.word)
+            own.append(grown(base, records, member, one))
+        if any(stands(best, fit) for fit in own):
+            own += [grown(base, records, member, one) for one in unheard(seen, own)]
+        found += own
+    return found
+
+
+def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) -> tuple[Joint, list[Joint]]:
+    """The best set of those that gain, or the one before, and the sets that are grown further.
+
+    What is missing beside an effect is an error that lasts, by which the effect itself may not be told from nothing. So
+    sets that leave less are grown further whether or not they stand; one that no smaller set led to has to explain
+    everything. A model that is no mount is judged by a mount's core in its stead: what is worse than the model gains
+    nothing.
+    """
+    size = len(best.terms) + 1
+    adding = [fit for fit in grown if fit.mse < base.own_mse and adds(base, nothing, best, fit)]
+    better = [fit for fit in adding if len(fit.terms) <= size or at_floor(fit, base)]
+    found = simplest(better) if better else best
+    further = [fit for fit in grown if fit.mse < found.mse or any(fit is one for one in better)]
+    return found, carried(found, further)
+
+
+def adds(base: Base, nothing: Joint, best: Joint, fit: Joint) -> bool:
+    """Whether a set with one effect more gains by it.
+
+    A small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
+    """
+    removed = best.mse - fit.mse
+    large = removed > _known(base, nothing, best) or (at_floor(fit, base) and removed > fit.mse)
+    return gained(best, fit) and fit.shown and (large or (not best.terms and eased(best, fit)))
+
+
+def room(base: Base, nothing: Joint, best: Joint) -> bool:
+    """Whether one effect more could gain, were it to explain everything down to the floor."""
+    level = floor_of(best, base) ** 2
+    return not at_floor(best, base) and left(best, base) - level > min(_known(base, nothing, best), level)
+
+
+def _known(base: Base, nothing: Joint, best: Joint) -> float:
+    """What the laws found so far may leave by not holding exactly."""
+    return LAW * (before(nothing, base) - best.mse)
+
+
+def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """The sets that are grown further: the best if it is one, those that leave least, and one of other effects.
+
+    Beside another effect an effect's law may be another: two laws of one would hide what the beam is there for.
+    """
+    order = sorted(fits, key=lambda fit: (fit is not best, fit.mse))
+    apart = [fit for fit in order if set(fit.words) != set(order[0].words)]
+    return [*order[:BEAM], *(fit for fit in apart[:1] if not any(fit is one for one in order[:BEAM]))]
+
+
+def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, fits: Sequence[Joint]) -> list[Joint]:
+    """Sets with another effect in a member's place that nobody tried: they are no proof against the one found.
+
+    The linear look from no effect says little of a law whose shapes are unknown yet, or that the core hides. Looked at
+    from what the found set leaves to a member, the core and other members as the set has them, its rivals come first.
+    """
+    tried, found = {_laws(fit.terms) for fit in fits}, []
+    for rest in [_without(best, member) for member in best.terms]:
+        seen = leading(seen_beside(base, rest, looks.terms, best.words))
+        new = [one for one in seen if _laws((*rest.terms, one.term)) not in tried]
+        found += [joined(base, records, rest, one) for one in hopeful(base, new, None, [best])]
+    return found
+
+
+def _without(fit: Joint, member: Term) -> Joint:
+    """As if one of its effects were neutral, all else as it was."""
+    whole = fit.solution
+    numbers = zip(whole.shape.terms, split(whole.shape.terms, whole.point.terms), strict=True)
+    rest = [(term, own) for term, own in numbers if term is not member]
+    shape = replace(whole.shape, terms=tuple(term for term, _ in rest))
+    point = replace(whole.point, terms=np.concatenate([np.zeros(0), *(own for _, own in rest)]))
+    left_over = tuple(term for term in fit.terms if term is not member)
+    return replace(fit, terms=left_over, solution=replace(whole, shape=shape, point=point))
+
+
+def _laws(terms: Sequence[Term]) -> frozenset[str]:
+    return frozenset(term.effect.name for term in terms)
