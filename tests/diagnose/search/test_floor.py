@@ -9,7 +9,7 @@ from thrustd.diagnose.search.base import plateau
 from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, mostly, shows, usual
+from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, left, mostly, shows, usual
 from thrustd.diagnose.search.sets import advanced
 from thrustd.identify.segments import segments_of
 from thrustd.records.recording import make_recording
@@ -42,7 +42,7 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
 @pytest.mark.parametrize(("was", "leaves", "real"), [(1.18, 1.12, False), (1.25, 1.15, True), (1.18, 1.03, True)])
 def test_what_lasts_on_a_bench_may_be_half_as_large_again_on_another_record(was, leaves, real):
     """Noise 1 and a bench that left 1.1: 1.21 is usual, but for what explains it to the noise."""
-    inexact = SimpleNamespace(promised=1.1, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    inexact = SimpleNamespace(promised=1.1, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
     assert usual(fit(1.0), inexact) == pytest.approx(1.0 + 1.5**2 * (1.1**2 - 1.0))
     assert mostly(fit(was, ()), fit(leaves), inexact) == real
 
@@ -107,7 +107,8 @@ def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_st
 
 def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():
     """11.5 N on a new record, 10 on the bench, 8.8 of noise, as friction that the bench did not show (LuGre) leaves."""
-    noise, bench = 8.8, SimpleNamespace(promised=10.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    noise = 8.8
+    bench = SimpleNamespace(promised=10.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
 
     def leaves(rms, words=("law",)):
         one = fit(rms, words)
@@ -153,6 +154,13 @@ def test_what_hides_in_the_tremble_of_a_reading_is_not_missed():
     """A cell that drifts by 2 N beside 1 N of noise: alone it shows, beside 5 N of a reading's noise it does not."""
     drifts = fit(2.0, ())
     drifts.plateau = 1.0
-    still = SimpleNamespace(promised=1.0, own_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    still = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
     assert shows(drifts, still)
     assert not shows(drifts, SimpleNamespace(**{**vars(still), "tremble": 25.0}))
+
+
+def test_without_effects_no_more_is_left_than_the_model_leaves_as_it_is():
+    """A core that moves on some blocks may do worse on the others: 67 N -> 83 N was printed beside `unknown`."""
+    base = SimpleNamespace(own_mse=np.inf, as_is_mse=67.0**2)
+    assert left(fit(83.0, ()), base) == 67.0**2
+    assert left(fit(83.0), base) == 83.0**2

@@ -19,7 +19,7 @@ SHOWS = 1.25  # times the floor: so much left says that something else is missin
 
 def left(fit: Joint, base: Base) -> float:
     """Mean square that is left; without any effect that of the model as it is, where moving its core is no better."""
-    return fit.mse if fit.terms else min(fit.mse, base.own_mse)
+    return fit.mse if fit.terms else min(fit.mse, base.own_mse, base.as_is_mse)
 
 
 def before(nothing: Joint, base: Base) -> float:
