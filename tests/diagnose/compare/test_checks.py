@@ -32,6 +32,7 @@ def scaled(channel, factor, offset=0.0):
         (scaled("force_N", 1e-3), "force_N .* that is kN, expected N"),
         (scaled("temperature_degC", 1.0, 273.15), "temperature_degC .* that is kelvin, expected degC"),
         (scaled("deformation_mm", 0.0, 0.5), "deformation_mm never moves"),
+        (scaled("force_N", 0.0, 3000.0), "force_N never moves; expected the force of a changing load"),
         (scaled("deformation_mm", np.nan), "deformation_mm has no value at all; expected numbers"),
         (scaled("force_N", np.nan), "force_N has no value at all; expected numbers"),
         (BASE.rows(slice(0, 100)), "5.0 s long, expected at least"),

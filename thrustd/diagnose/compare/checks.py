@@ -41,6 +41,8 @@ def check_recording(record: Recording, spec: ModelSpec) -> None:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
     if not moves(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
+    if np.nanmin(record[FORCE]) == np.nanmax(record[FORCE]):
+        raise RecordingError(f"{record.name}: {FORCE} never moves; expected the force of a changing load")
     if _is_noise(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves beyond its noise; expected a changing load")
     if not units_trusted(record):
