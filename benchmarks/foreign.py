@@ -29,12 +29,14 @@ from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 STEPS = 4  # at most
 DAMPER_HZ, N_PER_V = 200.0, 35.15
-HIDDEN = {  # of answers.json: the parameter that is this number, and its unit
-    "area": ("drag_area_m2", 1.0),
-    "mass": ("mass_kg", 1.0),
-    "delay": ("delay_s", 1.0),
-    "mm_per_K": ("expansion_mm_k", 1.0),
-    "gap": ("gap_mm", 1.0),
+HIDDEN = {  # of answers.json: the parameter that is this number
+    "fric": "friction_n",
+    "soft": "softening",
+    "gap": "gap_mm",
+    "delay": "delay_s",
+    "area": "drag_area_m2",
+    "mass": "mass_kg",
+    "mm_per_K": "expansion_mm_k",
 }
 
 
@@ -165,10 +167,10 @@ def mounts(data: Path, work: Path) -> None:
         spent_s.append(cpu_s() - before)
         said = []
         for candidate in found["candidates"] if isinstance(found, dict) else ():
-            for key, (number, factor) in HIDDEN.items():
+            for key, number in HIDDEN.items():
                 told = candidate["parameters"].get(number)
                 if key in answer and told and candidate["in_verdict"]:
-                    true, half = factor * answer[key], SIGMAS_95 * told["std"]
+                    true, half = answer[key], SIGMAS_95 * told["std"]
                     held.append(abs(told["value"] - true) <= half)
                     said.append(f"{number} {told['value']:.4g} +- {half:.2g}, true {true:.4g}")
         print(f"{name} {answer['hidden'][:44]:44s} {spent_s[-1]:7.1f} s  {'; '.join(said)}", flush=True)
