@@ -1,10 +1,13 @@
 """The loop on records of others, through the command line: `python -m benchmarks.foreign [FOLDER] [SET ...]`.
 
+`--records OUT` only writes the measured sets as the CSV files that docs/other-rubber.md names.
+
 FOLDER holds `measured/*.npz` and `foreign/` (default: ../shared/data beside the project), which are no part of it.
 Measured sets: a cubic is identified on a record, then `diagnose` and `extend` take turns on it until nothing is named;
 printed is what each step named and what `compare` says of the model afterwards, in the output's own unit. Mounts of an
-independent generator: what `tools/score_foreign.py` beside the data prints. Everything is in sample where a set has one
-record of its kind only, and says so.
+independent generator: what `tools/score_foreign.py` beside the data prints, then the processor time of `diagnose` on
+each, and whether its 95 % intervals hold the size that was hidden, where the law has that very number. Everything is in
+sample where a set has one record of its kind only, and says so.
 """
 
 import argparse
@@ -20,16 +23,27 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from thrustd.core.columns import Floats
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 STEPS = 4  # at most
 DAMPER_HZ, N_PER_V = 200.0, 35.15
+HIDDEN = {  # of answers.json: the parameter that is this number
+    "fric": "friction_n",
+    "soft": "softening",
+    "gap": "gap_mm",
+    "delay": "delay_s",
+    "area": "drag_area_m2",
+    "mass": "mass_kg",
+    "mm_per_K": "expansion_mm_k",
+}
 
 
 class Set(NamedTuple):
     """One record as columns of a file, and what the command line is told of them."""
 
+    file: str
     title: str
     columns: dict[str, Floats]
     words: tuple[str, ...]
@@ -37,7 +51,11 @@ class Set(NamedTuple):
 
 def bearing(data: Any) -> list[Set]:
     columns = {"shear_cm": data["u"], "load_tonf": data["y"]}
-    return [Set("rubber bearing, tonf", columns, ("--input", "shear_cm", "--output", "load_tonf", "--rate", "20"))]
+    return [
+        Set(
+            "bearing", "rubber bearing, tonf", columns, ("--input", "shear_cm", "--output", "load_tonf", "--rate", "20")
+        )
+    ]
 
 
 def elastomer(data: Any) -> list[Set]:
@@ -47,7 +65,9 @@ def elastomer(data: Any) -> list[Set]:
         part = slice(int(data["seg_start"][i]), int(data["seg_stop"][i]))
         if "relaxation" in str(name):
             columns = {"t_s": data["t"][part], "strain": data["u"][part], "stress_kPa": data["y"][part]}
-            found.append(Set(f"elastomer {name}, kPa", columns, words))
+            found.append(
+                Set(f"oca{str(name).removeprefix('shear_relaxation')}", f"elastomer {name}, kPa", columns, words)
+            )
     return found
 
 
@@ -55,8 +75,8 @@ def damper(data: Any) -> list[Set]:
     speed, force = data["u"][:2000], data["y"][:2000]
     moved = np.cumsum(speed) / DAMPER_HZ
     words = ("--input", "x_cm", "--output", "force_N", "--rate", f"{DAMPER_HZ:g}")
-    both = [("as recorded", force), ("force turned", -force)]
-    return [Set(f"MR damper, {how}, N", {"x_cm": moved, "force_N": f}, words) for how, f in both]
+    both = [("keio", "as recorded", force), ("keio_turned", "force turned", -force)]
+    return [Set(file, f"MR damper, {how}, N", {"x_cm": moved, "force_N": f}, words) for file, how, f in both]
 
 
 def drive(data: Any) -> list[Set]:
@@ -68,7 +88,9 @@ def drive(data: Any) -> list[Set]:
         "accel_x_g": savgol_filter(moved, 51, 3, 2, step_s) / STANDARD_GRAVITY_M_S2,
         "force_N": N_PER_V * data["u"][part].ravel(),
     }
-    return [Set("drive, force from motion, N", columns, ("--input", "q_m", "--output", "force_N", "--time", "t_s"))]
+    return [
+        Set("emps", "drive, force from motion, N", columns, ("--input", "q_m", "--output", "force_N", "--time", "t_s"))
+    ]
 
 
 SETS = {
@@ -88,11 +110,15 @@ def called(*words: object) -> dict[str, Any] | str:
     return found
 
 
+def written(one: Set, folder: Path) -> Path:
+    table = np.column_stack([np.asarray(column, float) for column in one.columns.values()])
+    np.savetxt(folder / f"{one.file}.csv", table, delimiter=",", header=",".join(one.columns), comments="")
+    return folder / f"{one.file}.csv"
+
+
 def walk(one: Set, folder: Path) -> None:
     """Press on until nothing is named."""
-    record, model = folder / "record.csv", folder / "model_0.json"
-    table = np.column_stack([np.asarray(column, float) for column in one.columns.values()])
-    np.savetxt(record, table, delimiter=",", header=",".join(one.columns), comments="")
+    record, model = written(one, folder), folder / "model_0.json"
     print(f"\n{one.title}")
     called("identify", record, *one.words, "--structure", "polynomial-ols", "-o", model)
     print(f"  cubic{'':44s} {left(model, record, one):9.4g}")
@@ -128,28 +154,56 @@ def left(model: Path, record: Path, one: Set) -> float:
 
 
 def cpu_s() -> float:
-    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def mounts(data: Path, work: Path) -> None:
+    """What `diagnose` costs on each, and where its intervals hold what was hidden; behind the judge, by its models."""
+    spent_s, held = [], []
+    for name, answer in json.loads((data / "answers.json").read_text()).items():
+        before = cpu_s()
+        found = called("diagnose", work / name / "base.json", data / name / "measured.parquet")
+        spent_s.append(cpu_s() - before)
+        said = []
+        for candidate in found["candidates"] if isinstance(found, dict) else ():
+            for key, number in HIDDEN.items():
+                told = candidate["parameters"].get(number)
+                if key in answer and told and candidate["in_verdict"]:
+                    true, half = answer[key], SIGMAS_95 * told["std"]
+                    held.append(abs(told["value"] - true) <= half)
+                    said.append(f"{number} {told['value']:.4g} +- {half:.2g}, true {true:.4g}")
+        print(f"{name} {answer['hidden'][:44]:44s} {spent_s[-1]:7.1f} s  {'; '.join(said)}", flush=True)
+    print(f"95 % intervals that hold the truth: {sum(held)} of {len(held)}")
+    print(f"diagnose, processor time: {np.median(spent_s):.1f} s median, {max(spent_s):.1f} s at most")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", default=DATA, type=Path)
     parser.add_argument("sets", nargs="*", default=[*SETS, "mounts"], metavar="SET", help=", ".join([*SETS, "mounts"]))
+    parser.add_argument(
+        "--records", type=Path, metavar="OUT", help="write the measured sets as CSV files, nothing else"
+    )
     given = parser.parse_args()
     for name in given.sets:
         path = given.folder / "measured" / f"{name}.npz"
         if name in SETS and path.exists():
             for one in SETS[name](np.load(path)):
+                if given.records:
+                    given.records.mkdir(parents=True, exist_ok=True)
+                    print(f"{written(one, given.records)}: {one.title}; {' '.join(one.words)}")
+                    continue
                 with tempfile.TemporaryDirectory() as folder:
                     walk(one, Path(folder))
         elif name in SETS:
             print(f"{name}: not beside the project")
     judge = given.folder.parent / "tools" / "score_foreign.py"
-    if "mounts" in given.sets and judge.exists():
+    if "mounts" in given.sets and judge.exists() and not given.records:
         print("\nmounts of an independent generator, N", flush=True)
-        subprocess.run(
-            [sys.executable, judge, "--bin", Path(sys.executable).parent, "--work", "out/foreign"], check=False
-        )
+        work = Path("out/foreign")
+        subprocess.run([sys.executable, judge, "--bin", Path(sys.executable).parent, "--work", work], check=False)
+        mounts(given.folder / "foreign", work)
 
 
 if __name__ == "__main__":

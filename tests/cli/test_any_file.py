@@ -77,3 +77,34 @@ def test_another_size_is_asked_about_in_their_words(rig, capsys, tmp_path):
     np.savetxt(tmp_path / "kgf.csv", table, delimiter=",", header="travel_cm,load_tonf,oil_bar", comments="")
     assert main(["compare", str(rig / "m.json"), str(tmp_path / "kgf.csv"), *ROLES]) == 2
     assert "load_tonf reaches" in (said := capsys.readouterr().err) and "another unit?" in said
+
+
+def test_a_record_at_one_level_or_without_a_force_is_one_line(rig, capsys, tmp_path):
+    """What it cannot tell is no second complaint."""
+    table = np.loadtxt(rig / "b.csv", delimiter=",", skiprows=1)
+    for column, value, words in ((0, 2.0, "travel_cm never moves"), (1, np.nan, "load_tonf has no value at all")):
+        bad = table.copy()
+        bad[:, column] = value
+        np.savetxt(tmp_path / "bad.csv", bad, delimiter=",", header="travel_cm,load_tonf,oil_bar", comments="")
+        for verb, *more in (["compare"], ["diagnose"], ["extend", "--effect", "creep", "-o", str(tmp_path / "x.json")]):
+            assert main([verb, str(rig / "m.json"), str(tmp_path / "bad.csv"), *ROLES, *more]) == 2
+            (line,) = capsys.readouterr().err.splitlines()
+            assert words in line
+
+
+def test_a_rate_that_stands_in_for_a_clock_is_said(rig, capsys, tmp_path):
+    table = np.loadtxt(rig / "b.csv", delimiter=",", skiprows=1)
+    table = np.column_stack((np.arange(len(table)) / 20, table))
+    np.savetxt(tmp_path / "b.csv", table, delimiter=",", header="time_s,travel_cm,load_tonf,oil_bar", comments="")
+    assert main(["compare", str(rig / "m.json"), str(tmp_path / "b.csv"), *ROLES]) == 0
+    assert "b.csv: time_s, 20 rows a second, replaced by 20 as asked for" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["diagnose", "extend"])
+def test_an_effect_that_is_mistyped_is_offered_the_nearest(rig, capsys, tmp_path, verb):
+    more = ["-o", str(tmp_path / "x.json")] if verb == "extend" else []
+    said = [*ROLES, "--effect", "hysteresys", *more]
+    assert main([verb, str(rig / "m.json"), str(rig / "b.csv"), *said]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "unknown effect 'hysteresys': expected hysteresis or " in line and "thrustd effects" in line
+    assert "nacelle_drag" not in line

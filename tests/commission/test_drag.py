@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from thrustd.__main__ import main
-from thrustd.commission.drag import fit_drag, with_drag, without_drag
+from thrustd.commission.drag import fit_drag, missing_stretch, with_drag, without_drag
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.calibration import Calibration, read_calibration, write_calibration
 from thrustd.core.errors import RecordingError
@@ -53,6 +53,9 @@ def test_idle_tells_the_drag_that_cruise_would_hide(installation):
     hidden = fit_drag([flight(idle_s=0)], installation)  # no flight at idle: so it says
     assert hidden.std_m2 > 1.5 * fit.std_m2
     assert abs(hidden.m2 - TRUE_M2) < 3 * hidden.std_m2
+    assert missing_stretch(one) == ""
+    said = missing_stretch(hidden.flights[0])
+    assert "no steady 30 s fast at flight idle" in said and "s at Mach 0.40, N1 75 %" in said
 
 
 def test_the_file_is_flown_with_and_the_same_flight_again_says_the_same(installation):

@@ -66,3 +66,15 @@ def test_a_unit_to_be_calibrated_is_offered_with_its_place_for_the_factor():
     rising = np.arange(5.0)
     offered = offered_renames({"Time [s]": rising, "Load [kN]": rising, "LVDT (V)": rising})
     assert "LVDT (V)=deformation_mm*FACTOR+OFFSET" in offered
+
+
+def test_a_lone_t_is_the_time_where_it_goes_evenly_and_a_temperature_elsewhere():
+    """Its name says neither; one that warms in uneven steps rises as a clock does, too."""
+    rest = {"F": 5 * WAVE, "d": WAVE}
+    trembling = T + np.random.default_rng(3).normal(0.0, 0.01, len(T))
+    assert [offer({"T": clock} | rest)["T"].ours for clock in (T, trembling)] == ["time_s"] * 2
+    warming = 15.0 + np.cumsum(np.random.default_rng(3).exponential(0.01, len(T)))
+    assert [offer({"T": warm} | rest)["T"].ours for warm in (15 + WAVE, warming)] == ["temperature_degC"] * 2
+    assert offered_renames({"T": 15 + WAVE} | rest) == []  # nothing here is the time
+    both = offer({"T": 15 + WAVE, "time": T} | rest)
+    assert (both["T"].ours, both["time"].ours) == ("temperature_degC", "time_s")

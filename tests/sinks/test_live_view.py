@@ -1,8 +1,11 @@
 """The live view: on loopback, in Foxglove's protocol, indifferent to clients that do not read."""
 
+import json
+import re
 import socket
 import threading
 from contextlib import ExitStack
+from time import monotonic
 from typing import Any
 
 import pytest
@@ -107,6 +110,43 @@ def test_so_many_look_on_and_no_more() -> None:
         assert answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 503")
     while answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 503"):
         pass  # until it has noticed that they went
+    live.close()
+
+
+def subscribe(client: socket.socket) -> None:
+    """To what the mount says: a client's frame, masked with nothing."""
+    heard = b""
+    while not (found := re.search(rb'"id":(\d+),"topic":"/mount/left_upper"', heard)):
+        heard += client.recv(65536)
+    asked = {"op": "subscribe", "subscriptions": [{"id": 1, "channelId": int(found[1])}]}
+    text = json.dumps(asked).encode().ljust(126)
+    client.sendall(b"\x81" + bytes([0x80 | 126]) + len(text).to_bytes(2, "big") + bytes(4) + text)
+
+
+@pytest.mark.parametrize(
+    ("silent_s", "take_s", "subscribed"),
+    [(0.3, 1e6, False), (0.3, 1e6, True), (1e6, 0.5, True)],
+    ids=["who asked for nothing", "who asked", "without anyone who waits"],
+)
+def test_who_reads_nothing_loses_his_place_and_others_get_in(
+    monkeypatch: pytest.MonkeyPatch, silent_s: float, take_s: float, subscribed: bool
+) -> None:
+    monkeypatch.setattr(live_view, "SILENT_S", silent_s)
+    monkeypatch.setattr(live_view, "TAKE_S", take_s)
+    live = view([], rate_hz=1e6)
+    until = monotonic() + LIMIT_S
+    with ExitStack() as silent:
+        for _ in range(live_view.MOST_CLIENTS):
+            client = silent.enter_context(socket.create_connection(("127.0.0.1", live.port), timeout=LIMIT_S))
+            client.sendall(HELLO.encode())
+            assert client.recv(100).startswith(b"HTTP/1.1 101")
+            if subscribed:
+                subscribe(client)
+        assert answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 503")
+        while not answer_to(live, "Host: localhost").startswith(b"HTTP/1.1 101"):
+            assert monotonic() < until, "nobody was sent away"
+            for step in range(200):
+                live.write_output(MountOutput(step * 20_000_000, 0, 0.5, 2500.0, 30.0))
     live.close()
 
 

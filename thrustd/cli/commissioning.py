@@ -205,19 +205,20 @@ def _print_tether(fit: Any) -> None:
 
 
 def _drag(arguments: argparse.Namespace) -> int:
-    from thrustd.commission.drag import fit_drag, with_drag, without_drag
+    from thrustd.commission.drag import fit_drag, missing_stretch, with_drag, without_drag
 
     read = [_flight(arguments, path, without_drag) for path in arguments.files]
     _, installation, on = read[-1]
     fit = fit_drag([flight for flight, *_ in read], installation)
     new = with_drag(installation.calibration() or _new(on), fit, installation, on)
     _write(arguments, new)
+    for said in filter(None, map(missing_stretch, fit.flights)):
+        note(said)
     if arguments.json:
         print_json({"date": on, "drag": new.drag, "fit": fit})
         return 0
     for one in fit.flights:
-        where = f"{one.seconds:.0f} s at Mach {one.mach:.2f}, N1 {one.n1_pct:.0f} %"
-        print(f"{one.flight}: {one.m2:+.4f} +- {SIGMAS_95 * one.std_m2:.4f} m2, {where}")
+        print(f"{one.flight}: {one.m2:+.4f} +- {SIGMAS_95 * one.std_m2:.4f} m2, {one.where}")
         print(f"{one.flight}: mounts lean {_leans(one)} deg, nose up")
     if len(fit.flights) > 1:
         print(f"{len(fit.flights)} flights together: mounts lean {_leans(fit)} deg")

@@ -131,7 +131,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
     records = recordings_to_judge(arguments.data, arguments)
     (spec,) = read_models([arguments.model]).values()
     note_other_mounts(arguments, [spec])
-    _say_first(records, arguments)
+    first = _first_look(records, arguments)
     with progress(f"diagnose {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = diagnose(
             spec,
@@ -141,7 +141,7 @@ def diagnose_verb(arguments: argparse.Namespace) -> int:
             given=_known(arguments),
             progress=lambda share, what: advance(share),
         )
-    for line in rest_remarks(records, place_in_aircraft(arguments), [spec]):
+    for line in (*first, *rest_remarks(records, place_in_aircraft(arguments), [spec])):
         note(line)
     _show(report, arguments)
     if arguments.pictures is not None and report.depends_on:
@@ -167,7 +167,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
     records = recordings_to_judge(arguments.data, arguments)
     (spec,) = read_models([arguments.model]).values()
     note_other_mounts(arguments, [spec])
-    _say_first(records, arguments)
+    first = _first_look(records, arguments)
     with progress(f"extend {arguments.model.name}") as advance, own_words(roles_of_arguments(arguments)):
         report = extend(
             spec,
@@ -177,7 +177,7 @@ def extend_verb(arguments: argparse.Namespace) -> int:
             given=_known(arguments),
             progress=lambda share, what: advance(share),
         )
-    for line in rest_remarks(records, place_in_aircraft(arguments), [spec]):
+    for line in (*first, *rest_remarks(records, place_in_aircraft(arguments), [spec])):
         note(line)
     write_model_file(report.spec, arguments.out)
     _show(report, arguments)
@@ -223,19 +223,17 @@ def _known(arguments: argparse.Namespace) -> "Given":
     return Given(rig, recordings_to_judge(arguments.bench, arguments), **reference(arguments), others=others)
 
 
-def _say_first(records: list["Recording"], arguments: argparse.Namespace) -> None:
-    """What the recordings cannot tell, before anything is asked; what they lack the verb itself complains of."""
+def _first_look(records: list["Recording"], arguments: argparse.Namespace) -> list[str]:
+    """What the recordings cannot tell: said before the answer, and not beside a refusal, which is one line."""
     from thrustd.core.errors import RecordingError
     from thrustd.diagnose.compare.first_look import first_look
     from thrustd.diagnose.compare.reference import BROCHURE, as_mount, with_reference
 
-    if arguments.against == BROCHURE:
-        return
-    place = place_in_aircraft(arguments)
-    with suppress(RecordingError):
-        for record in records:
-            for line in first_look([with_reference(as_mount(record, place), arguments.against, place)]).lines:
-                note(line)
+    place, found = place_in_aircraft(arguments), list[str]()
+    with suppress(RecordingError):  # of what they lack the verb itself complains
+        for record in records if arguments.against != BROCHURE else ():
+            found += first_look([with_reference(as_mount(record, place), arguments.against, place)]).lines
+    return found
 
 
 def _say_written(pictures: list[Path]) -> None:

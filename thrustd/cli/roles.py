@@ -90,6 +90,9 @@ def recordings_to_judge(paths: Sequence[Path], arguments: argparse.Namespace) ->
         records = [without_excluded(record, read_marks(path)) for path, record in _timed(paths, arguments)]
     else:
         records = recordings_in_roles(paths, arguments, roles)
+    for record in records:
+        for remark in (line for line in record.notes if line.startswith(TIME)):  # another clock than its own
+            note(f"{record.name}: {remark}")
     return [with_trusted_units(record) for record in records] if arguments.trust_units else records
 
 

@@ -36,6 +36,7 @@ from thrustd.records.recording import Recording
 
 BEST, LEAST_S = 1.25, 20.0
 FLYING_MACH, STEADY_PCT_S = 0.18, 0.5
+FAST_MACH, IDLE_PCT, ENOUGH_S = 0.35, 50.0, 30.0  # the stretch that a team is asked to fly
 LEAN_S, LEAN_STD_DEG, DRAG_STD_M2 = 5, 3.0, 0.1  # differences over so long; priors where the aircraft's file has none
 LEAST_STD_DEG = 0.01
 UNLIKELY = 3.0  # sigmas below no drag: something else is wrong
@@ -53,6 +54,10 @@ class FlightDrag:
     n1_pct: float
     lean_deg: list[float]  # by engine
     lean_std_deg: list[float]
+
+    @property
+    def where(self) -> str:
+        return f"{self.seconds:.0f} s at Mach {self.mach:.2f}, N1 {self.n1_pct:.0f} %"
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +95,16 @@ def fit_drag(flights: Sequence[Recording], installation: Installation) -> DragFi
     leans = cant_deg + np.sum(weights * (lean_deg - cant_deg), axis=0) / together
     told_m2, std_m2 = m2 * known / (known + prior), (known + prior) ** -0.5
     return DragFit(told_m2, std_m2, found, leans.tolist(), (together**-0.5).tolist())
+
+
+def missing_stretch(one: FlightDrag) -> str:
+    """What a flight lacks to tell the drag well; empty where it has it."""
+    if one.mach >= FAST_MACH and one.n1_pct <= IDLE_PCT:
+        return ""
+    return (
+        f"{one.flight}: no steady {ENOUGH_S:g} s fast at flight idle, which tell a drag best; the best here are"
+        f" {one.where}, expected Mach {FAST_MACH:g} or more and N1 {IDLE_PCT:g} % at most"
+    )
 
 
 def _cants(installation: Installation) -> tuple[Floats, Floats]:

@@ -50,15 +50,21 @@ def _span(record: Recording, name: str) -> float:
     return float(np.nanmax(record[name]) - np.nanmin(record[name]))
 
 
+def check_values(record: Recording, name: str) -> None:
+    """RecordingError where a column is there, and nothing in it."""
+    if not np.isfinite(record[name]).any():
+        raise RecordingError(f"{record.name}: {name} has no value at all; expected numbers")
+
+
 def _refuse(record: Recording) -> None:
     for name in (DEFORMATION, FORCE):
-        if not np.isfinite(record[name]).any():
-            raise RecordingError(f"{record.name}: {name} has no value at all; expected numbers")
+        check_values(record, name)
     if len(record) < SHORTEST:
         raise RecordingError(f"{record.name}: {len(record)} samples; expected at least {SHORTEST}")
-    if _span(record, DEFORMATION) == 0.0:
-        level = float(np.nanmean(record[DEFORMATION]))
-        raise RecordingError(f"{record.name}: {DEFORMATION} is {level:g} all the time; a constant identifies nothing")
+    for name in (DEFORMATION, FORCE):
+        if _span(record, name) == 0.0:
+            level = float(np.nanmean(record[name]))
+            raise RecordingError(f"{record.name}: {name} is {level:g} all the time; a constant identifies nothing")
 
 
 def _warnings(record: Recording, mount: bool) -> list[str]:

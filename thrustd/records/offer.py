@@ -16,6 +16,7 @@ from thrustd.records.rename import spelled
 from thrustd.records.units import CONVERSIONS, unit_said
 
 FORCE, DEFORMATION, TEMPERATURE = "force_N", "deformation_mm", "temperature_degC"
+EVEN = 2.0  # times: steps of a clock that trembles, half of them within
 AGREE = 0.2  # correlation of force and deformation from which their signs are judged
 
 # channel: words of its column's name, units that say so themselves
@@ -27,7 +28,7 @@ _WORDS: dict[str, tuple[str, tuple[str, ...]]] = {
         r"extension|compression",
         ("mm", "um", "in", "mil"),
     ),
-    TEMPERATURE: (r"temp|temperature|temperatur|thermo|tc", ("degC", "K", "degF")),
+    TEMPERATURE: (r"temp|temperature|temperatur|thermo|tc|t", ("degC", "K", "degF")),
     "accel_x_g": (r"ax|nx|fx|accx|accelx", ("g", "m/s2")),
     "accel_y_g": (r"ay|ny|fy|accy|accely", ("g", "m/s2")),
     "accel_z_g": (r"az|nz|fz|accz|accelz", ("g", "m/s2")),
@@ -57,8 +58,9 @@ def offer(columns: Mapping[str, Floats]) -> dict[str, Offered]:
         if ours in taken:
             continue
         rest = [name for name in columns if name not in taken and name not in found]
-        best = max(rest, key=lambda name: _fits(name, words, units), default="")
-        if best and _fits(best, words, units) > (0 if ours in UNIT_ALONE else 2):  # 2: name and unit
+        fits = {name: _fits(name, words, units) for name in rest if ours != TIME or _may_be_time(name, columns[name])}
+        best = max(fits, key=lambda name: fits[name], default="")
+        if best and fits[best] > (0 if ours in UNIT_ALONE else 2):  # 2: name and unit
             found[best] = _converted(best, ours)
     if TIME not in taken and not any(o.ours == TIME for o in found.values()):
         rising = [name for name, column in columns.items() if name not in found and _rises(column)]
@@ -109,6 +111,14 @@ def _converted(theirs: str, ours: str) -> Offered:
 
 def _rises(column: Floats) -> bool:
     return len(column) > 1 and bool((np.diff(column) > 0).all())
+
+
+def _may_be_time(name: str, column: Floats) -> bool:
+    """A lone `T` without a unit may be a temperature as well: a clock rises, mostly in even steps."""
+    if unit_said(name) or not re.search(r"(?<![a-z])t(?![a-z])", name.lower()):
+        return True
+    low, high = np.quantile(np.diff(column), [0.25, 0.75]) if _rises(column) else (0.0, 1.0)
+    return bool(high < EVEN * low)
 
 
 def _turned(found: dict[str, Offered], columns: Mapping[str, Floats]) -> dict[str, Offered]:

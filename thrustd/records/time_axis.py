@@ -1,6 +1,7 @@
 """Recordings whose file has no `time_s`: another column in seconds, or nothing but a sample rate.
 
-Vectors of another length than the rest (a lone `Ts`, say) are left out with a word.
+Vectors of another length than the rest (a lone `Ts`, where segments begin) are left out with a word: archives hold more
+than one table. One that is called as a channel is refused.
 """
 
 import shlex
@@ -16,8 +17,10 @@ from thrustd.core.errors import RecordingError
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.loaded import Loaded
 from thrustd.records.offer import offered_renames
-from thrustd.records.recording import TIME, Recording, make_recording, no_column
+from thrustd.records.recording import TIME, Recording, make_recording, no_column, signal_of
 from thrustd.records.rename import Rename, check_unit, renamed
+
+CLOCK_SHARE = 0.01  # of a step: so much may a clock be off the rate that was asked for
 
 
 class TimeAxis(NamedTuple):
@@ -35,12 +38,14 @@ def read_timed(path: Path, axis: TimeAxis, renames: Sequence[Rename] = (), salva
 def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] = (), sha256: str = "") -> Recording:
     """What was read of a file, as a recording."""
     named, remarks = renamed(name, loaded.columns, renames)
-    columns, notes = _of_one_length(named)
+    columns, notes = _of_one_length(name, named)
     if axis.rate_hz is not None:
+        notes += _replaced(name, columns.get(TIME), axis.rate_hz)
         count = len(next(iter(columns.values()), ()))
         columns[TIME] = np.arange(count) / axis.rate_hz
     elif axis.column in columns:
         check_unit(axis.column, TIME)
+        notes += [f"time_s replaced by {axis.column}, as asked for"] if TIME in columns and axis.column != TIME else []
         columns[TIME] = columns.pop(axis.column)
     else:
         others = "".join(f"; {line}" for line in loaded.notes[:SHOWN_NOTES])
@@ -52,9 +57,30 @@ def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] =
     return make_recording(name, columns, loaded.metadata, sha256, (*loaded.notes, *remarks, *notes))
 
 
-def _of_one_length(columns: dict[str, Floats]) -> tuple[dict[str, Floats], list[str]]:
+def _of_one_length(name: str, columns: dict[str, Floats]) -> tuple[dict[str, Floats], list[str]]:
+    """The columns of the usual length, and a word on the others; RecordingError where one of those is a channel."""
     lengths = Counter(len(column) for column in columns.values())
     usual = max(lengths, key=lambda length: (lengths[length], length), default=0)
-    kept = {name: column for name, column in columns.items() if len(column) == usual and name}
-    return kept, [f"{name}: {len(c)} values where others have {usual}, left out" for name, c in columns.items()
-                  if len(c) != usual]  # fmt: skip
+    others = {key: len(column) for key, column in columns.items() if len(column) != usual}
+    if short := [key for key in others if key == TIME or signal_of(key)]:
+        raise RecordingError(
+            f"{name}: {short[0]} has {others[short[0]]} values, other columns {usual}; expected as many"
+        )
+    kept = {key: column for key, column in columns.items() if len(column) == usual and key}
+    return kept, [f"{key}: {count} values where others have {usual}, left out" for key, count in others.items()]
+
+
+def _replaced(name: str, time_s: Floats | None, rate_hz: float) -> list[str]:
+    """A word on a clock that a rate replaces; RecordingError where it goes otherwise by more than it trembles."""
+    if time_s is None or len(time_s) < 2:
+        return []
+    steps_s = np.diff(time_s)
+    low_s, usual_s, high_s = np.quantile(steps_s, [0.25, 0.5, 0.75])
+    if not usual_s > 0.0:
+        return [f"time_s does not rise; replaced by {rate_hz:g} rows a second, as asked for"]
+    if abs(1.0 / rate_hz - usual_s) > max(CLOCK_SHARE * usual_s, high_s - low_s):
+        raise RecordingError(
+            f"{name}: {rate_hz:g} rows a second were asked for, its time_s has {1 / usual_s:.4g}; expected one of both"
+            " (to put its clock aside: --rename time_s=clock)"
+        )
+    return [f"time_s, {1 / usual_s:.4g} rows a second, replaced by {rate_hz:g} as asked for"]

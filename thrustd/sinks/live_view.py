@@ -3,14 +3,17 @@
     client -> door: Host and Origin judged -> foxglove-sdk's server, at a loopback address nobody else knows
 
 foxglove-sdk asks nobody where he comes from, so a page of any site could read along: hence the door. It sends from its
-own threads and keeps a bounded backlog per client, oldest dropped first, so a client that does not read costs nobody
-anything. Topics and JSON are those of the flight log.
+own threads and keeps a bounded backlog per client, oldest dropped first. A client that takes nothing of what it is sent
+is left, and where all places are taken the one goes that has shown no sign of life for the longest. Topics and JSON are
+those of the flight log.
 """
 
 import logging
-from asyncio import StreamReader, StreamWriter, gather, open_connection
+import socket
+from asyncio import CancelledError, StreamReader, StreamWriter, Task, current_task, gather, open_connection, timeout
 from collections.abc import Callable
 from secrets import randbelow
+from time import monotonic
 from typing import Final
 
 import foxglove
@@ -27,14 +30,21 @@ logging.getLogger("foxglove").addHandler(logging.NullHandler())  # a client that
 BACKLOG_MESSAGES = 1024  # per client
 MOST_CLIENTS = 32
 PIECE_BYTES = 65536
+TAKE_S = 10.0  # for what it was sent
+SILENT_S = 2.0  # nothing said and nothing taken for so long: its place may be another's
 
 
-async def _pass_on(reader: StreamReader, writer: StreamWriter) -> None:
-    """Until one side goes; one that takes nothing is waited for, its backlog is the server's."""
+async def _pass_on(reader: StreamReader, writer: StreamWriter, passed: Callable[[], None]) -> None:
+    """Until one side goes; TimeoutError when this one takes nothing: meanwhile its backlog is the server's."""
     try:
         while piece := await reader.read(PIECE_BYTES):
             writer.write(piece)
-            await writer.drain()
+            async with timeout(TAKE_S):
+                await writer.drain()
+            passed()
+    except (TimeoutError, CancelledError):
+        writer.transport.abort()  # what it was sent will never be gone
+        raise
     finally:
         writer.close()
 
@@ -62,7 +72,8 @@ class LiveView:
         self._offset_ns = header.epoch_offset_ns
         self._channels: dict[str, foxglove.Channel] = {}
         self._shown_ns: dict[str, int] = {}
-        self._say, self._clients = say, 0
+        self._say = say
+        self._alive_s: dict[Task[None], float] = {}  # by client: the last sign of life
         self._inside = ".".join(["127", *(str(1 + randbelow(254)) for _ in range(3))])
         try:
             self._server = foxglove.start_server(
@@ -101,16 +112,33 @@ class LiveView:
         say(f"live_view: {why} (live_view.origins lists the pages that may)")
 
     async def _let_in(self, question: Question, reader: StreamReader, writer: StreamWriter) -> None:
-        if self._clients >= MOST_CLIENTS:
-            await respond(writer, 503, f"{MOST_CLIENTS} clients look on already\n".encode())
-            return
-        self._clients += 1
+        if (me := current_task()) is None or not self._has_room():
+            return await respond(writer, 503, f"{MOST_CLIENTS} clients look on already\n".encode())
+
+        def passed() -> None:
+            self._alive_s[me] = monotonic()
+
+        passed()
         try:
+            outside: socket.socket = writer.get_extra_info("socket")
+            outside.setsockopt(
+                socket.SOL_SOCKET, socket.SO_SNDBUF, PIECE_BYTES
+            )  # else megabytes hide who reads nothing
             answers, inside = await open_connection(self._inside, self._server.port)
             inside.write(question.raw)
-            await gather(_pass_on(reader, inside), _pass_on(answers, writer))
+            await gather(_pass_on(reader, inside, passed), _pass_on(answers, writer, passed))
         finally:
-            self._clients -= 1
+            self._alive_s.pop(me, None)
+
+    def _has_room(self) -> bool:
+        """For one more client, in the place of a silent one if need be."""
+        if len(self._alive_s) < MOST_CLIENTS:
+            return True
+        silent = min(self._alive_s, key=lambda client: self._alive_s[client])
+        if monotonic() - self._alive_s[silent] < SILENT_S:
+            return False
+        del self._alive_s[silent]
+        return silent.cancel()
 
     def _is_due(self, topic: str, output: Output) -> bool:
         if isinstance(output, Fault):

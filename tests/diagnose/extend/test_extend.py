@@ -145,8 +145,23 @@ def test_a_model_that_is_not_its_fit_is_said_and_one_worse_than_its_parent_is_no
     left |= {"mount": 60.0, "more": 12.5}
     assert extend(mount(), [measured], ["axial_inertia"], name="more").remarks == ()
     left["more"] = 30.0
-    [said] = extend(mount(), [measured], ["axial_inertia"], name="more").to_json()["remarks"]
+    more = extend(mount(), [measured], ["axial_inertia"], name="more")
+    [said] = more.to_json()["remarks"]
     assert "the model leaves 30 N of these records where its fit leaves 1" in said
+    assert more.spec.ledger[-1].rmse_after_n == 30.0  # what it delivers, not what was promised
+    assert more.rmse_after_n < 13.0
     left["more"] = 1e4
     with pytest.raises(ModelError, match=r"leaves 1e\+04 N .* and the model before 60 N; no model written"):
         extend(mount(), [measured], ["axial_inertia"], name="more")
+
+
+def test_where_an_effect_carries_the_reading_beyond_the_data_the_model_follows_its_fit():
+    """The rate of a lagging reading counts: the curve is read at more than twice what the record shows.
+
+    A table goes straight on along its last chord, the curve of the fit along its end: 124 N were left of 31.
+    """
+    late = EffectSpec("time_delay_lag", {"delay_s": 4.0, "filter_s": 0.1})
+    measured = record([late])
+    more = extend(mount(), [measured], ["time_delay"])
+    assert not more.remarks
+    assert compare({"more": more.spec}, [measured]).comparisons[0].rmse_n < 1.1 * more.rmse_after_n

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -192,6 +193,26 @@ def test_none_says_what_may_hide(deck: Deck, spec: ModelSpec) -> None:
     (line,) = (line for line in diagnose(spec, [a_flight(deck)], given=given(deck)).advice if "what may hide" in line)
     assert "nacelle_drag" in line and "thermal_expansion" in line and " N)" in line
     assert not re.search(r"\de[+-]", line)
+
+
+def test_none_of_several_flights_says_by_how_much_they_help(deck: Deck, spec: ModelSpec) -> None:
+    flights = [a_flight(deck, seed, name=f"flight {seed}") for seed in (1, 2)]
+    report = diagnose(spec, flights, given=given(deck))
+    assert report.verdict == ("none",)
+    lines = [line for line in report.advice if "from 2 recordings; alone they say" in line]
+    assert len(lines) > 1 and any(line.startswith("nacelle_drag: ") for line in lines)
+    for line in lines:
+        together, *alone = (float(number) for number in re.findall(r"\+- ([\d.]+)", line))
+        assert len(alone) == 2 and together < 1.05 * min(alone), line
+
+
+@pytest.mark.parametrize("own", ["estimate_thrust_n_left", "estimate_mount_n_left", "mount_force_n_left_upper"])
+def test_an_estimate_made_with_this_mount_is_no_reference(deck: Deck, spec: ModelSpec, own: str) -> None:
+    flight = a_flight(deck).with_channels(**{own: np.full(len(a_flight(deck)), 1000.0)})
+    asked = replace(given(deck), against=own)
+    for verb in (diagnose, partial(extend, effects=["nacelle_drag"])):
+        with pytest.raises(RecordingError, match=f"{own} is made with the mounts themselves .*; expected another"):
+            verb(spec, [flight], given=asked)
 
 
 def test_an_effect_that_the_model_has_gets_another_size(deck: Deck, spec: ModelSpec) -> None:

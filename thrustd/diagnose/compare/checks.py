@@ -10,6 +10,7 @@ from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.first_look import ONE_LEVEL
 from thrustd.diagnose.search.candidates import moves, no_explanation
 from thrustd.diagnose.search.records import complete
+from thrustd.identify.checks import check_values
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.artifact import ModelSpec
@@ -35,10 +36,13 @@ def check_recording(record: Recording, spec: ModelSpec) -> None:
         if name not in record:
             asked = "--input" if name == DEFORMATION else "--output"
             raise RecordingError(f"{no_column(record.name, name, record.channels)}; expected its name with {asked}")
+        check_values(record, name)
     if record.duration_s < SHORTEST_S and len(record) < SHORTEST:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
     if not moves(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves; expected a record with changing load")
+    if np.nanmin(record[FORCE]) == np.nanmax(record[FORCE]):
+        raise RecordingError(f"{record.name}: {FORCE} never moves; expected the force of a changing load")
     if _is_noise(record[DEFORMATION]):
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves beyond its noise; expected a changing load")
     if not units_trusted(record):

@@ -30,6 +30,7 @@ BROCHURE = "brochure"
 # of a flight log; its truth, too
 ESTIMATE = "estimate_"  # every one of a log is of a whole engine
 OWN_OUTPUTS = (ESTIMATE, "mount_", "check_", "terms_", "model_N", "thrust_N", "force_N_")
+BY_THE_MOUNTS = (f"{ESTIMATE}thrust_", f"{ESTIMATE}mount_", "mount_force_n_", "model_N")
 BROCHURE_HZ = 5.0  # the deck is asked so often; its inputs come at 10 to 50 Hz
 BROCHURE_NEEDS = ("fuel_flow_kg_s", "mach", "pressure_altitude_m", "sat_degC")
 _BROCHURE_INPUTS = ("fuel_flow_kg_s", "n1_pct", "n2_pct", "mach", "pressure_altitude_m", "sat_degC")
@@ -61,6 +62,15 @@ def as_mount(record: Recording, place: MountPlace | None) -> Recording:
         has = ", ".join(known) or "none with a name" + (f"; {REPLAY_FIRST}" if raw else "")
         raise RecordingError(f"{record.name}: no mount '{mount}', it has {has}")
     return replace(record, channels=plain, notes=(*record.notes, *notes))
+
+
+def check_reference(against: str) -> None:
+    """RecordingError where what a model is to be judged against was estimated with it."""
+    if against.startswith(BY_THE_MOUNTS):
+        raise RecordingError(
+            f"{against} is made with the mounts themselves and tells nothing of their models; expected another"
+            f" reference (a load cell, {BROCHURE})"
+        )
 
 
 def referenced(

@@ -41,6 +41,7 @@ from thrustd.identify.first_state import begun_at
 from thrustd.identify.regression.posterior import kept, with_own_stops
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.table import FRICTION, spec_of
+from thrustd.identify.regression.terms import deformed
 from thrustd.identify.segments import Segment
 from thrustd.model.artifact import ErrorMap, ModelSpec, ValidRange
 from thrustd.model.effect import Effect
@@ -89,14 +90,14 @@ def extend(
     written = msgspec.structs.replace(written, effects=as_told(written.effects, numbers))
     left_out = tuple(effect.word for effect in chosen if effect.word not in fit.words)
     was, after = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
-    missed = _missed(spec, written, base, fit, segments, was)
+    written, missed = _as_delivered(spec, written, base, fit, segments)
     return ExtendReport(written, fit.words, was, after, numbers, left_out, base.roles.unit, remarks=missed)
 
 
-def _missed(
-    spec: ModelSpec, written: ModelSpec, base: Base, fit: Joint, segments: Sequence[Segment], was: float
-) -> tuple[str, ...]:
-    """What is said of a model that leaves more of these records than the fit that it was made from.
+def _as_delivered(
+    spec: ModelSpec, written: ModelSpec, base: Base, fit: Joint, segments: Sequence[Segment]
+) -> tuple[ModelSpec, tuple[str, ...]]:
+    """Where the model leaves more of these records than its fit does, that stands in its ledger and is said.
 
     ModelError where it leaves more than the model before.
     """
@@ -104,9 +105,13 @@ def _missed(
     own, before_n = (rms(np.concatenate([s.force_n - simulate(one, s) for s in begun])) for one in (written, spec))
     fitted, unit = base.scale * float(np.sqrt(fit.solution.mean_square)), base.roles.unit
     said = f"the model leaves {own:.4g} {unit} of these records where its fit leaves {fitted:.4g} {unit}"
-    if own > max(before_n, was):
+    entry = written.ledger[-1]
+    if own > max(before_n, entry.rmse_before_n):
         raise ModelError(f"{spec.name}: {said}, and the model before {before_n:.4g} {unit}; no model written")
-    return (said,) if own > MISSED * fitted else ()
+    if own <= MISSED * fitted:
+        return written, ()
+    entry = msgspec.structs.replace(entry, rmse_after_n=max(own, entry.rmse_after_n))
+    return msgspec.structs.replace(written, ledger=[*written.ledger[:-1], entry]), (said,)
 
 
 def _possible(
@@ -197,7 +202,8 @@ def _written(
 ) -> ModelSpec:
     """The fit as an artifact: tables, effects, posterior, error map, ledger, provenance and witness."""
     found = with_own_stops(fit.solution)
-    core = spec_of(found, segments, name)
+    drawn = [deformed(found.shape.terms, found.point.terms, record.seen).d for record in fit.records]
+    core = spec_of(found, segments, name, drawn=drawn)
     effects = [*core.effects, *(effect for term, effect in specs_of(base, fit) if term.effect.name != FRICTION)]
     before_n, after_n = (base.scale * float(np.sqrt(mse)) for mse in (before(nothing, base), fit.mse))
     entry = ledger_of(parent, fit.words, before_n, after_n, [record.name for record in records])

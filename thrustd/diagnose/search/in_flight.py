@@ -209,26 +209,27 @@ def _advice(base: Base, seen: Flown, found: Found, left: tuple[float, float, flo
     if best.elsewhere:
         advice.append(f"{seen.mounts[1].place.mount} is not as its model says, alone: {' and '.join(best.elsewhere)}")
     if not best.words:
-        advice += [NO_PROOF, *_may_hide(base, found)]
+        advice += [NO_PROOF, *_may_hide(base, seen, found)]
     return advice + several_flights(seen, base, best)
 
 
-def _may_hide(base: Base, found: Found) -> list[str]:
-    """Of the effects looked at alone: what their intervals hold, and how much force that is."""
+def _may_hide(base: Base, seen: Flown, found: Found) -> list[str]:
+    """Of the effects looked at alone: what their intervals hold, how much force that is, and what each flight says."""
     plain = np.concatenate(found.nothing.forces_n)
-    held: dict[str, tuple[float, str]] = {}
+    held: dict[str, tuple[float, str, Weighed]] = {}
     for _, one in found.looked:
-        numbers = numbers_of(base, replace(one, placed=(one.placed[-1].fixed(),)))
+        alone = replace(one, placed=(one.placed[-1].fixed(),))
+        numbers = numbers_of(base, alone)
         if len(numbers) == 1 and one.numbers[0] != 0.0:
             (number,) = numbers
             per_sigma_n = rms(np.concatenate(one.forces_n) - plain) / abs(float(one.numbers[0]))
             most_n = per_sigma_n * (abs(float(one.numbers[0])) + SIGMAS_95 * float(one.std[0]))
-            held[number.effect] = max(
-                held.get(number.effect, (0.0, "")),
-                (most_n, f"{number.effect} {number.interval}"),
-            )
-    lines = [f"{line} ({newtons(most_n)} N)" for most_n, line in sorted(held.values(), reverse=True)[:HIDDEN]]
-    return [f"what may hide (95 %, each alone): {'; '.join(lines)}"] if lines else []
+            if number.effect not in held or most_n > held[number.effect][0]:
+                held[number.effect] = most_n, f"{number.effect} {number.interval}", alone
+    most = sorted(held.values(), key=lambda each: each[0], reverse=True)[:HIDDEN]
+    lines = [f"{line} ({newtons(most_n)} N)" for most_n, line, _ in most]
+    told = [f"what may hide (95 %, each alone): {'; '.join(lines)}"] if lines else []
+    return told + [line for *_, alone in most for line in several_flights(seen, base, alone)]
 
 
 def _candidates(spec: ModelSpec, seen: Flown, base: Base, found: Found) -> list[CandidateReport]:

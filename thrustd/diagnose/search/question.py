@@ -11,7 +11,7 @@ from thrustd.core.aircraft import MountPlace
 from thrustd.diagnose.compare.check import learnt_from
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
-from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, referenced
+from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, check_reference, referenced
 from thrustd.diagnose.search.aboard import read_beside
 from thrustd.diagnose.search.base import Base, base_of, learnt, plateau, records_of
 from thrustd.diagnose.search.evidence import simulate
@@ -62,6 +62,7 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     """Checked; RecordingError or ModelError in one line where the data cannot answer."""
     in_flight = given.against == BROCHURE  # where the curve and its memory stay as the bench left them
     flies = calibrated(spec, given.mount, spec.name) if given.mount is not None else spec
+    check_reference(given.against)
     records = referenced(recordings, given.against, given.mount, given.deck, [flies])
     for record in records:
         check_recording(record, flies)

@@ -33,8 +33,13 @@ SMALL = 1e-4  # of the gain at rest: a lag with less is left out
 FRICTION = "hysteresis_stops"
 
 
-def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int | None = None) -> ModelSpec:
-    """The model in the data's units, without anything measured about its quality; `wanted`: segments of a curve."""
+def spec_of(
+    found: Solution, segments: Sequence[Segment], name: str, wanted: int | None = None, drawn: Sequence[Floats] = ()
+) -> ModelSpec:
+    """The model in the data's units, without anything measured about its quality.
+
+    `wanted`: segments of a curve; `drawn`: what the input curve was read at, where effects carry that beyond the data.
+    """
     shape, point, scale = found.shape, found.point, found.shape.output_scale
     tolerance = WITHIN * float(np.sqrt(found.mean_square)) * scale
 
@@ -50,11 +55,12 @@ def spec_of(found: Solution, segments: Sequence[Segment], name: str, wanted: int
     reach = (shape.h_grid.low * scale, shape.h_grid.high * scale) if shape.h_grid else (0.0, scale)
     rubs = float(point.stops.sum()) > WITHIN * float(np.sqrt(found.mean_square))
     effects = [friction_of(found)] if rubs else []
+    table = tabulated(f, (shape.f_grid.low, shape.f_grid.high), before, 1 if shape.line else wanted)
     return ModelSpec(
         schema="thrustd-model/1",
         name=name,
         structure="hw-pwl+prandtl-ishlinskii" if effects else "hw-pwl",
-        input_curve=tabulated(f, (shape.f_grid.low, shape.f_grid.high), before, 1 if shape.line else wanted),
+        input_curve=_as_far(f, table, drawn),
         linear=linear,
         output_curve=tabulated(out, reach, tolerance, wanted if shape.h_grid else 1),
         valid=valid_range(segments),
@@ -84,6 +90,16 @@ def tabulated(
         if float(np.abs(np.interp(fine, x, y) - heights).max()) <= tolerance:
             break
     return PiecewiseLinear(list(map(float, x)), list(map(float, y)))
+
+
+def _as_far(curve: Callable[[Floats], Floats], table: PiecewiseLinear, drawn: Sequence[Floats]) -> PiecewiseLinear:
+    """The table, on to where the curve was read: beyond its ends that is straight, not along the table's last chord."""
+    if not drawn:
+        return table
+    low, high = min(float(v.min()) for v in drawn), max(float(v.max()) for v in drawn)
+    below, above = [low] if low < table.x[0] else [], [high] if high > table.x[-1] else []
+    heights = [list(map(float, curve(np.array(ends)))) for ends in (below, above)]
+    return PiecewiseLinear([*below, *table.x, *above], [*heights[0], *table.y, *heights[1]])
 
 
 def linear_of(found: Solution) -> LinearBlock:

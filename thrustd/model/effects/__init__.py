@@ -7,6 +7,7 @@ whatever follows a channel (model/free_curve.py).
 """
 
 from collections.abc import Collection, Mapping
+from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -20,6 +21,7 @@ from thrustd.model.free_curve import curve_named, is_curve
 from thrustd.model.modulated import BY, modulated
 
 ENTRY_POINT = "thrustd.effects"
+NEAREST = 3  # names offered for one that is unknown
 
 
 @cache
@@ -50,7 +52,7 @@ _more: dict[str, Effect] = {}  # loaded from files since the start of the proces
 
 
 def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
-    """The effect of that name (or formula, which may read `columns`); ModelError that lists what there is."""
+    """The effect of that name (or formula, which may read `columns`); ModelError that offers the nearest."""
     if is_curve(name):
         return curve_named(name)
     law, by, channel = name.partition(BY)
@@ -66,7 +68,8 @@ def effect_named(name: str, columns: Collection[str] = ()) -> Effect:
     if is_expression(name):
         return expression_effect(name, columns)
     if name not in shelf():
-        raise ModelError(f"unknown effect '{name}': expected one of {', '.join(sorted(shelf()))}")
+        near = " or ".join(get_close_matches(name.lower(), shelf(), NEAREST)) or "a name"
+        raise ModelError(f"unknown effect '{name}': expected {near} (thrustd effects lists all {len(shelf())})")
     return shelf()[name]
 
 
