@@ -35,7 +35,8 @@ LIFT = 1.4  # times more error than time, where the error has no side
 BLOCKS = 30
 TOSSES = 199
 DOUBT = 0.01  # of the best of all by chance
-TOLD = 0.75  # of what a division explains: the rest of its parts is not worth a line
+SURE = float(student.ppf(1.0 - DOUBT, BLOCKS - 1))  # standard errors over blocks
+NEARLY = 0.75  # of what a division explains, of the mean square of all: less of either is not where it fails
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,9 @@ class Failure:
     bias_n: float
     mask: Flags
     unit: str = "N"
-    mended: float = 0.0  # share of the squared error that goes with the part's own mean, or with what it has more
+    explained: float = (
+        0.0  # share of the squared error that is its mean; without a side, what it has more than the rest
+    )
 
     @property
     def sentence(self) -> str:
@@ -112,7 +115,7 @@ def where_it_fails(regions: Sequence[Region], residual_n: Floats, unit: str = "N
             found.append(here)
             for failure in here:
                 free &= ~failure.mask
-    found.sort(key=lambda here: -sum(failure.mended for failure in here))
+    found.sort(key=lambda here: -sum(failure.explained for failure in here))
     return [failure for here in found for failure in here][:MOST]
 
 
@@ -149,16 +152,20 @@ def _best(divisions: Sequence[_Division], target: Floats, free: Flags) -> _Divis
     centred, scale = target - target[free].mean(), float(np.sum(target**2))
     gained = [_gained(division, centred, free, scale) for division in divisions]
     chance = float(np.quantile(np.max([one.by_chance for one in gained], axis=0), 1.0 - DOUBT))
-    one = _plain([each for each in gained if len(each.division.dimensions) == 1])
-    pairs = [each for each in gained if len(each.division.dimensions) == 2]
-    two = _plain(pairs, one.division.dimensions) if pairs else one
-    sure = float(student.ppf(1.0 - DOUBT, BLOCKS - 1))
-    best = two if two.total >= one.total + LEAST_SHARE and two.beats(one, sure) else one
-    return best.division if best.total > max(chance, LEAST_SHARE) else None
+    gained = [one for one in gained if one.total > max(chance, LEAST_SHARE)]
+    alone = _plain([one for one in gained if len(one.division.dimensions) == 1], ())
+    near = alone.division.dimensions if alone else ()
+    two = _plain([one for one in gained if len(one.division.dimensions) == 2], near)
+    if alone and two and two.total >= alone.total + LEAST_SHARE and two.beats(alone, SURE):
+        return two.division
+    found = alone or two
+    return found.division if found else None
 
 
-def _plain(gained: Sequence[_Gained], near: tuple[str, ...] = ()) -> _Gained:
+def _plain(gained: Sequence[_Gained], near: tuple[str, ...]) -> _Gained | None:
     """Of those within one standard error of the best: with dimensions that are named already, then by rank."""
+    if not gained:
+        return None
     best = max(gained, key=lambda one: one.total)
     alike = [one for one in gained if not best.beats(one, 1.0)]
     return min(alike, key=lambda g: (-len(set(near) & set(g.division.dimensions)), g.division.rank, -g.total))
@@ -179,7 +186,8 @@ def _by_block(division: _Division, target: Floats, free: Flags) -> tuple[Floats,
     shape = len(division.labels), BLOCKS
     where = (division.part * BLOCKS + np.arange(len(target)) * BLOCKS // len(target))[free]
     counts = np.bincount(where, minlength=shape[0] * BLOCKS).astype(np.float64)
-    return counts.reshape(shape), np.bincount(where, target[free], shape[0] * BLOCKS).reshape(shape)
+    sums = np.bincount(where, target[free], shape[0] * BLOCKS).astype(np.float64)
+    return counts.reshape(shape), sums.reshape(shape)
 
 
 def _held_back(counts: Floats, sums: Floats) -> Floats:
@@ -195,9 +203,7 @@ def _tosses() -> Floats:
     return np.random.default_rng(0).choice([-1.0, 1.0], size=(BLOCKS, TOSSES))
 
 
-def _parts(
-    division: _Division, error: Floats, known: Flags, free: Flags, squared: bool, unit: str
-) -> list[Failure]:
+def _parts(division: _Division, error: Floats, known: Flags, free: Flags, squared: bool, unit: str) -> list[Failure]:
     """The parts of a division that are off farthest, until the rest is not worth a line."""
     target = error**2 if squared else error
     middle, total = float(target[free].mean()), float(np.sum(error**2))
@@ -211,17 +217,15 @@ def _parts(
     order = np.argsort(-worth)
     before = np.concatenate(([0.0], np.cumsum(worth[order])[:-1]))
     found = []
-    for i in order[(worth[order] > 0) & (before < TOLD * worth.sum())]:
+    for i in order[(worth[order] > 0) & (before < NEARLY * worth.sum())]:
         one = _failure(division.labels[i], free & (division.part == i), error, known, float(mended[i]), unit)
-        least = LIFT * one.share_of_time if squared else 0.0
+        least = (LIFT if squared else NEARLY) * one.share_of_time
         if one.share_of_squared_error >= max(LEAST_SHARE, least):
             found.append(one)
     return found
 
 
-def _failure(
-    labels: Sequence[str], mask: Flags, error: Floats, known: Flags, mended: float, unit: str
-) -> Failure:
+def _failure(labels: Sequence[str], mask: Flags, error: Floats, known: Flags, mended: float, unit: str) -> Failure:
     inside = error[mask]
     squares = float(np.sum(inside**2))
     return Failure(
