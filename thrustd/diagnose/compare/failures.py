@@ -150,9 +150,7 @@ def _best(divisions: Sequence[_Division], target: Floats, free: Flags) -> _Divis
     if not free.any():
         return None
     centred, scale = target - target[free].mean(), float(np.sum(target**2))
-    gained = [_gained(division, centred, free, scale) for division in divisions]
-    chance = float(np.quantile(np.max([one.by_chance for one in gained], axis=0), 1.0 - DOUBT))
-    gained = [one for one in gained if one.total > max(chance, LEAST_SHARE)]
+    gained = _beyond_chance([_gained(division, centred, free, scale) for division in divisions])
     alone = _plain([one for one in gained if len(one.division.dimensions) == 1], ())
     near = alone.division.dimensions if alone else ()
     two = _plain([one for one in gained if len(one.division.dimensions) == 2], near)
@@ -160,6 +158,19 @@ def _best(divisions: Sequence[_Division], target: Floats, free: Flags) -> _Divis
         return two.division
     found = alone or two
     return found.division if found else None
+
+
+def _beyond_chance(gained: Sequence[_Gained]) -> list[_Gained]:
+    """Those that explain more than the best of all does by chance, as they are or over their own scatter."""
+    tossed = np.array([one.by_chance for one in gained])
+    middle, scatter = tossed.mean(axis=1), np.maximum(tossed.std(axis=1), np.finfo(float).tiny)
+    sure = 1.0 - DOUBT
+    share = np.quantile(tossed.max(axis=0), sure)
+    sigmas = np.quantile(((tossed - middle[:, None]) / scatter[:, None]).max(axis=0), sure)
+    return [
+        one for one, least in zip(gained, np.minimum(share, middle + sigmas * scatter), strict=True)
+        if one.total > max(least, LEAST_SHARE)
+    ]  # fmt: skip
 
 
 def _plain(gained: Sequence[_Gained], near: tuple[str, ...]) -> _Gained | None:
@@ -173,11 +184,8 @@ def _plain(gained: Sequence[_Gained], near: tuple[str, ...]) -> _Gained | None:
 
 def _gained(division: _Division, centred: Floats, free: Flags, scale: float) -> _Gained:
     counts, sums = _by_block(division, centred, free)
-    others = np.maximum(counts.sum(axis=1, keepdims=True) - counts, 1.0)
-    signs = _tosses()
-    tossed = sums[:, :, None] * signs
-    means = ((sums @ signs)[:, None, :] - tossed) / others[:, :, None]
-    by_chance = np.sum(means * (2.0 * tossed - means * counts[:, :, None]), axis=(0, 1))
+    tossed = np.swapaxes(sums[:, None, :] * _tosses(), 0, 1)
+    by_chance = _held_back(counts, tossed).sum(axis=(1, 2))
     return _Gained(division, _held_back(counts, sums).sum(axis=0) / scale, by_chance / scale)
 
 
@@ -191,16 +199,18 @@ def _by_block(division: _Division, target: Floats, free: Flags) -> tuple[Floats,
 
 
 def _held_back(counts: Floats, sums: Floats) -> Floats:
-    """Squares that the mean of the other blocks takes away (parts, blocks)."""
-    others = np.maximum(counts.sum(axis=1, keepdims=True) - counts, 1.0)
-    means = (sums.sum(axis=1, keepdims=True) - sums) / others
+    """Squares that the mean of the other blocks takes away (..., parts, blocks)."""
+    samples, rest = (table.sum(axis=-1, keepdims=True) - table for table in (counts, sums))
+    means = rest / np.maximum(samples, 1.0)
     found: Floats = means * (2.0 * sums - means * counts)
     return found
 
 
 @cache
 def _tosses() -> Floats:
-    return np.random.default_rng(0).choice([-1.0, 1.0], size=(BLOCKS, TOSSES))
+    """Signs of the blocks, two neighbours alike (tosses, blocks)."""
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(TOSSES, BLOCKS // 2))
+    return np.repeat(signs, 2, axis=1)
 
 
 def _parts(division: _Division, error: Floats, known: Flags, free: Flags, squared: bool, unit: str) -> list[Failure]:
