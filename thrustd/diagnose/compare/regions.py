@@ -12,12 +12,12 @@ from itertools import pairwise
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.core.measures import FULL_N, order_of
 from thrustd.diagnose.compare.motion import Motion, motion_of, thinned
-from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.diagnose.search.candidates import moves
 from thrustd.records.recording import unit_of
 from thrustd.records.roles import Roles
 
-FULL_N = 6500.0  # load for which the edges are made
 FORCE_EDGES_N = (2000.0, 4000.0)
 BOTH_WAYS = 0.2  # of the largest load to the other side: a record that goes both ways
 RATE_S = 1.0  # rates of the map are taken over this long
