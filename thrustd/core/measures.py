@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from thrustd.core.columns import Floats
 
 GOLDEN = (5**0.5 - 1.0) / 2.0
+ORDER = 3.0  # times more or less is another order of magnitude
+FULL_N = 6500.0  # largest load of a mount for which edges, starts and figures of PH-LAB are made
 OPERATING_N = 2000.0  # of a mount: the thesis' operating range; below it a per cent of the force means nothing
 SIGMAS_95 = 1.96  # half the width of the 95 % band of a normal distribution
 
@@ -23,6 +25,17 @@ def percents(error_n: Floats, reference_n: Floats, above_n: float = OPERATING_N)
     counted = np.isfinite(error_n) & (np.abs(reference_n) > above_n)
     found: Floats = 100.0 * np.abs(error_n[counted] / reference_n[counted])
     return found
+
+
+def order_of(size: float, usual: float) -> float:
+    """How many times the usual a size is; 1 within an order of magnitude."""
+    return 1.0 if size <= 0.0 or usual / ORDER <= size <= usual * ORDER else size / usual
+
+
+def usual_load(force_n: Floats, *known_n: float) -> bool:
+    """Whether the largest load of a record, and of what is known beside it, may be that of a mount of PH-LAB."""
+    largest = float(np.nanquantile(np.abs(force_n), 0.999))
+    return order_of(max((largest, *map(abs, known_n))), FULL_N) == 1.0
 
 
 def held_out_groups(n_parts: int, n_groups: int) -> NDArray[np.intp]:

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from thrustd.core.columns import Floats
-from thrustd.core.measures import percents, rms
+from thrustd.core.measures import percents, rms, usual_load
 from thrustd.identify.first_state import Beginning, Beginnings, known_beginning, run_from, simulated
 from thrustd.identify.segments import Segment
 from thrustd.identify.structures.structure import Fitted, schwarz
@@ -70,7 +70,8 @@ def _runs(fitted: Fitted, segment: Segment, beginning: Beginning) -> tuple[Float
 
 
 def _errors(error: Floats, rested: Floats, force: Floats) -> Errors:
-    rmse, above, spread = rms(error), percents(error, force), float(np.std(force))
+    rmse, spread = rms(error), float(np.std(force))
+    above = percents(error, force) if usual_load(force) else np.array([])
     share = float(above.mean()) if above.size else nan
     fit = 100 * (1 - rmse / spread) if spread > 0 else nan
     return Errors(rmse, rms(rested), share, fit, float(np.max(np.abs(error))), True, len(error))

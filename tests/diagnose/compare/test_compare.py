@@ -100,6 +100,73 @@ def test_an_even_error_that_is_one_sided_after_each_movement_is_friction_to_the_
     assert held[("holding after unloading",)] == pytest.approx(-200.0, abs=10.0)
 
 
+def _staircase():
+    """Up in steps of any size, then down to idle at once: low load is held after unloading only."""
+    rng, levels = np.random.default_rng(0), []
+    while len(levels) < 40:
+        levels += [*sorted(rng.uniform(0.4, 1.1, rng.integers(2, 5))), 0.1]
+    held = np.repeat(levels[:40], 300)
+    return np.convolve(np.pad(held, (40, 0), mode="edge"), np.ones(41) / 41, mode="valid")
+
+
+def _of_a_mount(deformation_mm, added_n, **channels):
+    """A record of `mount` that moves so, with further force and 12 N of noise."""
+    data = {"time_s": np.arange(len(deformation_mm)) * DT_S, "deformation_mm": deformation_mm}
+    model = compile_model(mount(), 1 / DT_S)
+    noise = np.random.default_rng(5).normal(0, NOISE_N, len(deformation_mm))
+    force = model.simulate(model.inputs(data)) + added_n + noise
+    return make_recording("measured", data | {"force_N": force} | channels)
+
+
+def test_friction_is_told_by_the_last_movement_and_not_by_the_channels_that_go_with_it():
+    """At idle the mount came down and at full thrust it came up: load and N2 show nearly the same."""
+    x = _staircase()
+    direction = np.where(motion_of(x, DT_S).direction < 0, -1.0, 1.0)
+    record_ = _of_a_mount(x, 150.0 * direction, n2_pct=60.0 + 35.0 * x, n1_pct=40.0 + 55.0 * x)
+    first, second, *_ = compare({"mount": mount()}, [record_]).comparisons[0].where_it_fails
+    assert {first.labels, second.labels} == {("holding after loading",), ("holding after unloading",)}
+    assert first.bias_n * second.bias_n < 0
+
+
+def test_relaxation_of_a_few_cycles_is_not_nowhere():
+    """What an elastic law leaves of an elastomer that is pulled, held and let go: no two holds alike."""
+    step_s, time_s = 0.5, np.arange(0.0, 300.0, 0.5)
+    strain = np.interp(time_s % 60.0, [0.0, 6.0, 28.0, 34.0, 60.0], [0.0, 1.0, 1.0, 0.0, 0.0])
+    strain *= np.repeat([0.6, 1.0, 0.8, 1.2, 0.7], 120)
+    stress = 10.0 * strain + sum(
+        lfilter([g, -g], [1.0, -np.exp(-step_s / tau)], strain) for g, tau in ((6.0, 3.0), (4.0, 30.0))
+    )
+    slope = float(strain @ stress / (strain @ strain))
+    (first, *_) = where_it_fails(regions_of(stress, step_s, {"deformation_mm": strain}), stress - slope * strain)
+    assert any("hold" in word for word in first.labels), first.words
+
+
+def test_a_late_reading_is_told_by_sign_and_size_of_the_velocity():
+    data = record()
+    velocity = np.gradient(data["deformation_mm"], DT_S)
+    found = where_it_fails(
+        regions_of(data["force_N"], DT_S, data.channels),
+        1000.0 * velocity + np.random.default_rng(1).normal(size=len(data)),
+    )
+    assert found[0].labels[0] in ("loading", "unloading") and found[1].labels[0] in ("loading", "unloading")
+    assert "moving faster" in found[0].words
+    assert found[0].bias_n * found[1].bias_n < 0
+
+
+def test_what_scatters_more_somewhere_without_a_side_is_told_too():
+    data = record()
+    rng = np.random.default_rng(1)
+    size = np.where(data["accel_z_g"] > 1.05, 40.0, 10.0)
+    found = where_it_fails(regions_of(data["force_N"], DT_S, data.channels), size * rng.normal(size=len(data)))
+    assert found and "load factor above" in found[0].words
+    assert abs(found[0].bias_n) < 5.0
+
+
+def test_a_channel_that_explains_more_than_the_motion_leads():
+    data = record(added=lambda d: 3000.0 * d["accel_x_g"])
+    assert "longitudinal acceleration" in compare({"mount": mount()}, [data]).comparisons[0].where_it_fails[0].words
+
+
 def test_what_was_not_visited_before_is_told_from_what_was():
     data = record()
     motion = motion_of(data["deformation_mm"], DT_S)

@@ -15,7 +15,7 @@ import numpy as np
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.columns import Floats
-from thrustd.core.measures import percents, rms
+from thrustd.core.measures import percents, rms, usual_load
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.check import Check, check_of
 from thrustd.diagnose.compare.checks import check_recording
@@ -89,7 +89,8 @@ def _comparison(
     worst = int(np.nanargmax(np.abs(residual)))
     rmse, spread, roles = rms(residual), rms(reference_n - np.nanmean(reference_n)), roles_of([record])
     regions, failures = _regions(segments, model_n, reference_n, channels, roles)
-    large = percents(residual, reference_n) if roles.output_unit == "N" else np.array([])
+    ours = roles.output_unit == "N" and usual_load(reference_n, *spec.valid.force_n)
+    large = percents(residual, reference_n) if ours else np.array([])
     return Comparison(
         name,
         record.name,

@@ -105,7 +105,7 @@ class CompareReport:
             for i, failure in enumerate(c.where_it_fails, 1):
                 console.print(f"  {i}. {failure.sentence}")
             if not c.where_it_fails:
-                console.print("  nowhere in particular: the error is spread as evenly as the time")
+                console.print("  nowhere in particular: the error goes with no region beyond chance")
             if c.rmse_from_rest_n > PAST * c.rmse_n:
                 rested = newtons(c.rmse_from_rest_n, unit=c.roles.output_unit)
                 console.print(
@@ -142,6 +142,7 @@ def _failure_json(failure: Failure) -> dict[str, Any]:
         "regions": list(failure.labels),
         "share_of_squared_error": failure.share_of_squared_error,
         "share_of_time": failure.share_of_time,
+        "share_explained": failure.explained,
         "rmse_n": failure.rmse_n,
         "bias_n": failure.bias_n,
     }

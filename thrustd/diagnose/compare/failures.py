@@ -1,38 +1,42 @@
-"""Where it fails, in words: the few combinations of regions in which the error is larger than elsewhere, or one-sided.
+"""Where it fails, in words: the regions that the error goes with.
 
-Combinations of up to three regions (of different dimensions) are ranked by how much likelier the error becomes when
-their samples get a variance and, where it is told, a mean of their own (normal likelihood, per sample of the record):
+Every way of dividing the record competes on one scale, by motion, by load and by channel, alone and two at once: the
+share of the squared error that belonging to its parts explains. Each part gets the mean that the other blocks of time
+show there, and what that takes away from a block is its share:
 
-    gain = -1/2 (t log(v / s2) + (1 - t) log(v_rest / s2))        t: share of time, s2: variance of the whole error
+    gain = sum over blocks b, parts c of (2 m_c S_cb - m_c^2 N_cb) / sum e^2,    m_c = (S_c - S_cb) / (N_c - N_cb)
 
-The best is taken, its samples are set aside, and so on.
+N: samples, S: sum of the error less its mean over all. What happened once gains nothing, and what the best division of
+all would gain by chance is asked of the record itself: the same with the sign of each block tossed (the wild bootstrap
+of clusters; Cameron, Gelbach & Miller, Rev. Econ. Stat. 90 (2008) 414).
 
-Neighbouring samples are not independent, and among a thousand slices some stand out by chance. So the record is cut
-into blocks, and a slice counts only when the scatter of its share or of its mean from block to block (of those it
-visits) leaves no doubt at the level of all slices together (Student's t, Bonferroni). What happened once is no rule.
+Of divisions within one standard error of the best (over blocks) that by motion is told before that by load, and this
+before a channel: the mount's own motion is there in every record, a channel often only goes with it. Two at once are
+told when they explain more than one, beyond doubt. The parts that are off farthest are named and set aside, and so on.
+What is then left has no side: it is asked in the same way for parts where its square is larger than elsewhere.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from functools import cache
+from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.newtons import newtons
-from thrustd.diagnose.compare.regions import Region
+from thrustd.diagnose.compare.regions import ELSEWHERE, LOAD, MOTION, Region
 
 MOST = 5
-LEAST_SHARE = 0.04  # of the squared error: less is not worth a line
-LIFT = 1.4  # times more error than time
-ONE_SIDED = 0.5  # of the squared error of a slice: its mean
-LEAST_TIME = 1e-3  # of the record
-CORE = ("force", "direction", "speed", "travel since reversal", "last movement", "time held")  # combined by three
+LEAST_SHARE = 0.04  # of the squared error: less is not worth a line, or another word
+LIFT = 1.4  # times more error than time, where the error has no side
 BLOCKS = 30
-DOUBT = 0.01  # of any slice by chance
-PLAINER = 0.75  # of the best gain: the fewer words win
-SAME = 0.95  # of the smaller one's samples: two regions that say the same
+TOSSES = 199
+DOUBT = 0.01  # of the best of all by chance
+SURE = float(student.ppf(1.0 - DOUBT, BLOCKS - 1))  # standard errors over blocks
+NEARLY = 0.75  # of what a division explains, of the mean square of all: less of either is not where it fails
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +51,9 @@ class Failure:
     bias_n: float
     mask: Flags
     unit: str = "N"
+    explained: float = (
+        0.0  # share of the squared error that is its mean; without a side, what it has more than the rest
+    )
 
     @property
     def sentence(self) -> str:
@@ -59,165 +66,188 @@ class Failure:
 
 
 @dataclass(frozen=True, slots=True)
-class _Slices:
-    """Combinations of regions; squared error, samples and sum of the error of each by block, (m, blocks)."""
+class _Division:
+    """Of all samples into parts, by one dimension or by two."""
 
-    members: list[tuple[int, ...]]
-    squares: Floats
-    counts: Floats
-    sums: Floats
+    dimensions: tuple[str, ...]
+    labels: tuple[tuple[str, ...], ...]  # by part
+    part: NDArray[np.intp]  # (n,)
+
+    @property
+    def rank(self) -> int:
+        """By motion, then by load, then by channel."""
+        return sum(0 if name in MOTION else 1 if name == LOAD else 2 for name in self.dimensions)
+
+
+@dataclass(frozen=True, slots=True)
+class _Gained:
+    """What a division explains, by block (blocks,), and what it would with tossed signs (tosses,)."""
+
+    division: _Division
+    gain: Floats
+    by_chance: Floats
+
+    @property
+    def total(self) -> float:
+        return float(self.gain.sum())
+
+    def beats(self, other: "_Gained", sigmas: float) -> bool:
+        """By more than so many standard errors over the blocks."""
+        more = self.gain - other.gain
+        return bool(more.sum() > sigmas * more.std(ddof=1) * BLOCKS**0.5)
 
 
 def where_it_fails(regions: Sequence[Region], residual_n: Floats, unit: str = "N") -> list[Failure]:
-    """Ranked, worst first; empty when the error is spread as evenly as the time."""
-    good = np.isfinite(residual_n)
-    error = np.where(good, residual_n, 0.0)
-    squares = error**2
-    total, count = float(squares.sum()), int(good.sum())
+    """Ranked, worst first; empty when the error goes with nothing."""
+    known = np.isfinite(residual_n)
+    error = np.where(known, residual_n, 0.0)
+    total = float(np.sum(error**2))
     if total <= 0 or not regions:
         return []
-    masks = np.array([region.mask for region in regions])
-    members, free = _combinations(regions, masks), good.copy()
-    whole = _by_block(masks, [()], error, good)
-    failures: list[Failure] = []
-    while len(failures) < MOST:
-        chosen = _best(_by_block(masks, members, error, free), whole)
-        if chosen is None:
-            break
-        mask, labels = np.all(masks[list(chosen)], axis=0), [regions[i].label for i in chosen]
-        inside, rest = float(np.mean(squares[mask & free])), squares[good & ~mask]
-        if inside * LIFT < np.mean(rest):  # one-sided, and right beside the rest
-            if failures:
+    divisions, free = _divisions(regions), known.copy()
+    found: list[list[Failure]] = []
+    for squared in (False, True):
+        while sum(map(len, found)) < MOST:
+            best = _best(divisions, error**2 if squared else error, free)
+            here = _parts(best, error, known, free, squared, unit) if best else []
+            if not here:
                 break
-            mask, labels = ~mask, [regions[chosen[0]].rest, *labels[1:]]
-        failures.append(_failure(labels, mask & free, residual_n, total, count, unit))
-        free &= ~mask
-    return sorted(failures, key=lambda f: -f.share_of_squared_error)
+            found.append(here)
+            for failure in here:
+                free &= ~failure.mask
+    found.sort(key=lambda here: -sum(failure.explained for failure in here))
+    return [failure for here in found for failure in here][:MOST]
 
 
-def _combinations(regions: Sequence[Region], masks: Flags) -> list[tuple[int, ...]]:
-    """Single regions, pairs, and triples of the core dimensions; not those that say one thing twice."""
-    thin = masks.astype(np.float32)
-    both = thin @ thin.T
-    alone = np.diagonal(both)
-    apart = (both > 0) & (both < SAME * np.minimum(alone[:, None], alone[None, :]))
-    dimension = [region.dimension for region in regions]
-
-    def pairs(among: Sequence[int]) -> Iterator[tuple[int, int]]:
-        return ((i, j) for i, j in combinations(among, 2) if dimension[i] != dimension[j] and apart[i, j])
-
-    core = [i for i, name in enumerate(dimension) if name in CORE]
-    triples = [
-        (i, j, k)
-        for i, j in pairs(core)
-        for k in core
-        if k > j and dimension[k] not in (dimension[i], dimension[j]) and apart[i, k] and apart[j, k]
-    ]
-    return [*((i,) for i in range(len(regions))), *pairs(range(len(regions))), *triples]
+def _divisions(regions: Sequence[Region]) -> list[_Division]:
+    """By every dimension, and by every two."""
+    single = []
+    for dimension in dict.fromkeys(region.dimension for region in regions):
+        own = [region for region in regions if region.dimension == dimension]
+        part = np.zeros(len(own[0].mask), dtype=np.intp)
+        for i, region in enumerate(own, 1):
+            part[region.mask] = i
+        labels = ((ELSEWHERE.get(dimension, "elsewhere"),), *((region.label,) for region in own))
+        single.append(_Division((dimension,), labels, part))
+    single.sort(key=lambda division: division.rank)
+    return [*single, *(_crossed(a, b) for a, b in combinations(single, 2))]
 
 
-def _by_block(masks: Flags, members: Sequence[tuple[int, ...]], error: Floats, free: Flags) -> _Slices:
-    """Sums by block of all combinations: products of matrices for pairs, for triples one set per third region."""
-    edges = np.linspace(0, len(error), BLOCKS + 1).astype(int)
-    table = np.zeros((3, len(members), BLOCKS))
-    singles = np.array([m for m in members if len(m) == 1], dtype=int).reshape(-1, 1)
-    at = {m: i for i, m in enumerate(members)}
-    wide = [[m for m in members if len(m) == width] for width in (2, 3)]
-    thirds = sorted({m[2] for m in wide[1]})
-    for block, (a, b) in enumerate(pairwise(edges)):
-        part = masks[:, a:b].astype(np.float32)
-        mine_error = error[a:b] * free[a:b]
-        for row, weight in enumerate((mine_error**2, free[a:b], mine_error)):
-            weighted = part * weight.astype(np.float32)
-            if () in at:
-                table[row, at[()], block] = float(weight.sum())
-            if singles.size:
-                table[row, [at[(int(i),)] for (i,) in singles], block] = weighted[singles[:, 0]].sum(axis=1)
-            if wide[0]:
-                pairs = np.array(wide[0])
-                table[row, at[wide[0][0]] : at[wide[0][-1]] + 1, block] = (weighted @ part.T)[pairs[:, 0], pairs[:, 1]]
-            for third in thirds:
-                mine = [m for m in wide[1] if m[2] == third]
-                rows = sorted({i for m in mine for i in m[:2]})
-                place = {r: i for i, r in enumerate(rows)}
-                sums = (weighted[rows] * part[third]) @ part[rows].T
-                table[row, [at[m] for m in mine], block] = sums[
-                    [place[m[0]] for m in mine], [place[m[1]] for m in mine]
-                ]
-    return _Slices(list(members), *table)
+def _crossed(a: _Division, b: _Division) -> _Division:
+    """Both at once; of two words where one follows from the other, the other alone."""
+    part = a.part * len(b.labels) + b.part
+    both = np.bincount(part, minlength=len(a.labels) * len(b.labels)).reshape(len(a.labels), len(b.labels))
+    labels = tuple(
+        a.labels[i] if both[i, j] == both[i].sum() else b.labels[j] if both[i, j] == both[:, j].sum()
+        else a.labels[i] + b.labels[j]
+        for i in range(len(a.labels)) for j in range(len(b.labels))
+    )  # fmt: skip
+    return _Division(a.dimensions + b.dimensions, labels, part)
 
 
-def _best(slices: _Slices, whole: _Slices) -> tuple[int, ...] | None:
-    """The plainest of the best combinations that stand out beyond chance."""
-    score = _scores(slices, whole)
-    if not (score > 0).any():
+def _best(divisions: Sequence[_Division], target: Floats, free: Flags) -> _Division | None:
+    """The plainest of the best, if it explains more than the best would by chance."""
+    if not free.any():
         return None
-    near = np.flatnonzero(score >= PLAINER * score.max())
-    return min((slices.members[i] for i in near), key=lambda m: (len(m), -score[slices.members.index(m)]))
+    centred, scale = target - target[free].mean(), float(np.sum(target**2))
+    gained = _beyond_chance([_gained(division, centred, free, scale) for division in divisions])
+    alone = _plain([one for one in gained if len(one.division.dimensions) == 1], ())
+    near = alone.division.dimensions if alone else ()
+    two = _plain([one for one in gained if len(one.division.dimensions) == 2], near)
+    if alone and two and two.total >= alone.total + LEAST_SHARE and two.beats(alone, SURE):
+        return two.division
+    found = alone or two
+    return found.division if found else None
 
 
-def _scores(slices: _Slices, whole: _Slices) -> Floats:
-    """Gain in likelihood; 0 for what is small, or as elsewhere, or may be chance (m,)."""
-    total, count = whole.squares.sum(), whole.counts.sum()
-    samples = np.maximum(slices.counts.sum(axis=1), 1e-300)
-    share, time = slices.squares.sum(axis=1) / total, samples / count
-    visits = np.maximum((slices.counts > 0).sum(axis=1), 1)
-    sure = student.ppf(1 - DOUBT / max(1, int((time > LEAST_TIME).sum())), np.maximum(visits - 1, 1))
-    counted = (visits > 1) & (share >= LEAST_SHARE) & (time > LEAST_TIME)
-    spread = np.sqrt(visits / np.maximum(visits - 1, 1))
-    larger = counted & _larger(slices, whole, share, time, sure * spread)
-    mean = slices.sums.sum(axis=1) / samples - whole.sums.sum() / count
-    scatter = np.linalg.norm(slices.sums - (slices.sums.sum(axis=1) / samples)[:, None] * slices.counts, axis=1)
-    one_sided = counted & (np.abs(mean) > sure * spread * scatter / samples)
-    one_sided &= mean**2 >= ONE_SIDED * share * total / samples
-    own = np.where(one_sided, mean**2, 0.0)
-    found: Floats = np.where(larger | one_sided, _gain(slices, whole, samples / count, own), 0.0)
+def _beyond_chance(gained: Sequence[_Gained]) -> list[_Gained]:
+    """Those that explain more than the best of all does by chance, as they are or over their own scatter."""
+    tossed = np.array([one.by_chance for one in gained])
+    middle, scatter = tossed.mean(axis=1), np.maximum(tossed.std(axis=1), np.finfo(float).tiny)
+    sure = 1.0 - DOUBT
+    share = np.quantile(tossed.max(axis=0), sure)
+    sigmas = np.quantile(((tossed - middle[:, None]) / scatter[:, None]).max(axis=0), sure)
+    return [
+        one for one, least in zip(gained, np.minimum(share, middle + sigmas * scatter), strict=True)
+        if one.total > max(least, LEAST_SHARE)
+    ]  # fmt: skip
+
+
+def _plain(gained: Sequence[_Gained], near: tuple[str, ...]) -> _Gained | None:
+    """Of those within one standard error of the best: with dimensions that are named already, then by rank."""
+    if not gained:
+        return None
+    best = max(gained, key=lambda one: one.total)
+    alike = [one for one in gained if not best.beats(one, 1.0)]
+    return min(alike, key=lambda g: (-len(set(near) & set(g.division.dimensions)), g.division.rank, -g.total))
+
+
+def _gained(division: _Division, centred: Floats, free: Flags, scale: float) -> _Gained:
+    counts, sums = _by_block(division, centred, free)
+    tossed = np.swapaxes(sums[:, None, :] * _tosses(), 0, 1)
+    by_chance = _held_back(counts, tossed).sum(axis=(1, 2))
+    return _Gained(division, _held_back(counts, sums).sum(axis=0) / scale, by_chance / scale)
+
+
+def _by_block(division: _Division, target: Floats, free: Flags) -> tuple[Floats, Floats]:
+    """Samples and sum of every part by block (parts, blocks)."""
+    shape = len(division.labels), BLOCKS
+    where = (division.part * BLOCKS + np.arange(len(target)) * BLOCKS // len(target))[free]
+    counts = np.bincount(where, minlength=shape[0] * BLOCKS).astype(np.float64)
+    sums = np.bincount(where, target[free], shape[0] * BLOCKS).astype(np.float64)
+    return counts.reshape(shape), sums.reshape(shape)
+
+
+def _held_back(counts: Floats, sums: Floats) -> Floats:
+    """Squares that the mean of the other blocks takes away (..., parts, blocks)."""
+    samples, rest = (table.sum(axis=-1, keepdims=True) - table for table in (counts, sums))
+    means = rest / np.maximum(samples, 1.0)
+    found: Floats = means * (2.0 * sums - means * counts)
     return found
 
 
-def _larger(slices: _Slices, whole: _Slices, share: Floats, time: Floats, sure: Floats) -> Flags:
-    """More squared error than time, and more than in the rest by the scatter of both from block to block."""
-    inside, in_std = _mean_square(slices.squares, slices.counts)
-    outside, out_std = _mean_square(whole.squares - slices.squares, whole.counts - slices.counts)
-    apart = np.log(np.maximum(inside, 1e-300)) - np.log(np.maximum(outside, 1e-300))
-    found: Flags = (share > LIFT * time) & (apart > sure * np.hypot(in_std, out_std))
+@cache
+def _tosses() -> Floats:
+    """Signs of the blocks, two neighbours alike (tosses, blocks)."""
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], size=(TOSSES, BLOCKS // 2))
+    return np.repeat(signs, 2, axis=1)
+
+
+def _parts(division: _Division, error: Floats, known: Flags, free: Flags, squared: bool, unit: str) -> list[Failure]:
+    """The parts of a division that are off farthest, until the rest is not worth a line."""
+    target = error**2 if squared else error
+    middle, total = float(target[free].mean()), float(np.sum(error**2))
+    counts, sums = _by_block(division, target - middle, free)
+    sure = _held_back(counts, sums).sum(axis=1) > 0
+    number = np.maximum(counts.sum(axis=1), 1.0)
+    above = sums.sum(axis=1) / number
+    more = above * number.sum() / np.maximum(number.sum() - number, 1.0)  # than in the rest
+    mended = number * (more if squared else (above + middle) ** 2) / total
+    worth = np.where(sure & (above * (above + middle) > 0), mended, 0.0)
+    order = np.argsort(-worth)
+    before = np.concatenate(([0.0], np.cumsum(worth[order])[:-1]))
+    found = []
+    for i in order[(worth[order] > 0) & (before < NEARLY * worth.sum())]:
+        one = _failure(division.labels[i], free & (division.part == i), error, known, float(mended[i]), unit)
+        least = (LIFT if squared else NEARLY) * one.share_of_time
+        if one.share_of_squared_error >= max(LEAST_SHARE, least):
+            found.append(one)
     return found
 
 
-def _mean_square(squares: Floats, counts: Floats) -> tuple[Floats, Floats]:
-    """Of each slice, and one sigma of its logarithm by blocks (m,)."""
-    total, samples = squares.sum(axis=1), np.maximum(counts.sum(axis=1), 1.0)
-    scatter = np.linalg.norm(squares - (total / samples)[:, None] * counts, axis=1)
-    return total / samples, scatter / np.maximum(total, 1e-300)
-
-
-def _gain(slices: _Slices, whole: _Slices, time: Floats, own: Floats) -> Floats:
-    """`own` (m,): square of the mean that a slice gets."""
-    count, middle = whole.counts.sum(), whole.sums.sum() / whole.counts.sum()
-    all_n2 = whole.squares.sum() - count * middle**2
-    inside = slices.squares.sum(axis=1) - 2 * middle * slices.sums.sum(axis=1) + time * count * middle**2
-    variance = inside / (time * count) - own
-    rest = (all_n2 - inside) / np.maximum((1 - time) * count, 1e-300)
-    least = 1e-12 * all_n2 / count
-    gain: Floats = -0.5 * (
-        time * np.log(np.maximum(variance, least) * count / all_n2)
-        + (1 - time) * np.log(np.maximum(rest, least) * count / all_n2)
-    )
-    return gain
-
-
-def _failure(labels: Sequence[str], mask: Flags, residual_n: Floats, total: float, count: int, unit: str) -> Failure:
-    inside = residual_n[mask]
+def _failure(labels: Sequence[str], mask: Flags, error: Floats, known: Flags, mended: float, unit: str) -> Failure:
+    inside = error[mask]
     squares = float(np.sum(inside**2))
     return Failure(
         ", ".join(labels),
         tuple(labels),
-        squares / total,
-        inside.size / count,
+        squares / float(np.sum(error**2)),
+        inside.size / int(known.sum()),
         (squares / inside.size) ** 0.5,
         float(inside.mean()),
         mask,
         unit,
+        mended,
     )
 
 

@@ -6,9 +6,10 @@ import numpy as np
 from scipy.signal import coherence, welch
 
 from thrustd.core.columns import Floats
+from thrustd.core.measures import FULL_N, order_of
 from thrustd.diagnose.compare.comparison import Comparison
-from thrustd.diagnose.compare.regions import FULL_N, force_rate
-from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.diagnose.compare.regions import force_rate
+from thrustd.diagnose.search.candidates import moves
 from thrustd.diagnose.search.dependence import Dependence, drawn
 
 LONGEST = 1 << 14  # samples of one stretch of the spectrum

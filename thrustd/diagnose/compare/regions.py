@@ -6,23 +6,31 @@ in all; and the channels that move. What slow and far are the record says itself
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.core.measures import FULL_N, order_of
 from thrustd.diagnose.compare.motion import Motion, motion_of, thinned
-from thrustd.diagnose.search.candidates import moves, order_of
+from thrustd.diagnose.search.candidates import moves
 from thrustd.records.recording import unit_of
 from thrustd.records.roles import Roles
 
-FULL_N = 6500.0  # load for which the edges are made
 FORCE_EDGES_N = (2000.0, 4000.0)
 BOTH_WAYS = 0.2  # of the largest load to the other side: a record that goes both ways
 RATE_S = 1.0  # rates of the map are taken over this long
 TURN_SHARES = (0.1, 0.5)  # of a typical stroke
 MOST_CHANNELS = 12
+LOAD = "force"
+MOTION = (
+    "direction", "speed", "last movement", "travel since reversal", "time since reversal", "time held", "travel",
+    "history",
+)  # fmt: skip
+ELSEWHERE = {  # samples that have no region of a dimension
+    "speed": "holding", "travel since reversal": "holding", "last movement": "moving", "time held": "moving",
+}  # fmt: skip
 SHORT = 0.05  # s: decades of time begin here
 CHANNELS = {  # in words; others by their name
     "temperature_degC": "temperature",
@@ -43,11 +51,6 @@ class Region:
     dimension: str
     label: str  # in words
     mask: Flags  # (n,)
-    other: str = ""  # all that is not in it, in words where there are some
-
-    @property
-    def rest(self) -> str:
-        return self.other or f"everywhere but {self.label}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +113,7 @@ def _load(force_n: Floats, sizes_n: Floats, unit: str) -> list[Region]:
     words = _between(shown, "kN" if kilo else unit)
     prefix = "" if unit else "output "
     number = np.searchsorted(np.array(edges), force_n, side="right")
-    return [Region("force", prefix + word, number == i) for i, word in enumerate(words)]
+    return [Region(LOAD, prefix + word, number == i) for i, word in enumerate(words)]
 
 
 def _moving(motion: Motion, both: bool, unit: str) -> list[Region]:
@@ -181,11 +184,7 @@ def force_rate(force_n: Floats, dt_s: float) -> Floats:
 def _cut(dimension: str, column: Floats, edges: Sequence[float], unit: str) -> list[Region]:
     number = np.searchsorted(np.array(edges), column, side="right")
     words = [f"{dimension} {word}" for word in _between(edges, unit)]
-    found = [Region(dimension, word, number == i) for i, word in enumerate(words)]
-    above, below = (_between([edge], unit)[i] for i, edge in ((1, edges[0]), (0, edges[-1])))
-    found[0] = replace(found[0], other=f"{dimension} {above}")
-    found[-1] = replace(found[-1], other=f"{dimension} {below}")
-    return found
+    return [Region(dimension, word, number == i) for i, word in enumerate(words)]
 
 
 def _between(edges: Sequence[float], unit: str) -> list[str]:

@@ -55,6 +55,7 @@ class Base:
     noise_variance: float  # in units of the shape's output scale
     promised: float | None  # rms of its residual at identification, the same units
     roles: Roles = OWN  # what the file calls and measures input and output in
+    ours: bool = True  # a mount of PH-LAB's by its file, its load and its rig
     calibration: float = 0.0  # one sigma of the transducer's scale: no amplitude is known better
     as_is_mse: float = np.inf  # of the model itself on these records, its core as it is
     opposes: bool = False  # its force and that of these records pull opposite ways

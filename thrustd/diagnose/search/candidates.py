@@ -21,7 +21,6 @@ NO_CURVE = {  # of a channel: why a free curve of it explains nothing
     DEFORMATION: "is what the model's own curve reads",
     TIME: "says when, which no other record repeats",
 }
-ORDER = 3.0  # times more or less is another order of magnitude
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,8 +107,3 @@ def moves(column: Floats) -> bool:
         return False
     low, high = np.quantile(good, [0.001, 0.999])
     return bool(high - low > STILL * max(abs(low), abs(high), 1e-9))
-
-
-def order_of(size: float, usual: float) -> float:
-    """How many times the usual a size is; 1 within an order of magnitude."""
-    return 1.0 if size <= 0.0 or usual / ORDER <= size <= usual * ORDER else size / usual

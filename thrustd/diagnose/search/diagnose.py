@@ -278,6 +278,6 @@ def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[N
         advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(verdict.alike)}")
         tests = {term.effect.word: term.effect.separating_test for fit in ranked.fits for term in fit.terms}
         words = dict.fromkeys([*verdict.words, *(word for one in verdict.alike for word in one.split("+"))])
-        own = base.roles.own  # the tests speak of engines
+        own = base.ours  # the tests speak of engines
         advice += [f"{word} alone would show so: {tests[word]}" for word in words if own and word in tests]
     return advice + not_judged_lines(not_judged)

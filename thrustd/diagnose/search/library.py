@@ -12,8 +12,9 @@ import numpy as np
 from scipy.signal import lfilter
 
 from thrustd.core.errors import ModelError
+from thrustd.core.measures import order_of
 from thrustd.diagnose.search.base import STATE_OF, Base
-from thrustd.diagnose.search.candidates import moves, no_curve, order_of
+from thrustd.diagnose.search.candidates import moves, no_curve
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import FLOW, play_of
 from thrustd.identify.regression.record import Record

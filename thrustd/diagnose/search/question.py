@@ -8,6 +8,7 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.measures import usual_load
 from thrustd.diagnose.compare.check import learnt_from
 from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
 from thrustd.diagnose.compare.compare import free_runs
@@ -79,13 +80,19 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     bench = stretches(spec, given.bench) if given.bench else []
     priors = given.rig or shipped_rig()
     known = _known_elsewhere(spec, recordings)
-    base = replace(base_of(known, segments, bench), roles=roles_of(records), calibration=priors.calibration)
+    roles, ours = roles_of(records), _ours(spec, segments, priors) and roles_of(records).own
+    base = replace(base_of(known, segments, bench), roles=roles, ours=ours, calibration=priors.calibration)
     if not in_flight:
         benched = learnt(known) is not None or bool(given.bench)
         base = replace(base, own_mse=np.inf if benched else 0.0)  # `of_segments` says what the model leaves
     rows = records_of(base, spec, segments)
     question = Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
     return question if in_flight else of_segments(question, segments)
+
+
+def _ours(spec: ModelSpec, segments: Sequence[Segment], priors: RigPriors) -> bool:
+    force_n = np.concatenate([segment.force_n for segment in segments])
+    return priors == shipped_rig() and usual_load(force_n, *spec.valid.force_n)
 
 
 def of_segments(question: Question, segments: list[Segment]) -> Question:

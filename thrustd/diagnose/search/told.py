@@ -164,7 +164,7 @@ def lines_of(
             std = float(np.hypot(std, base.calibration * value))
         if p.amplitude:
             std = float(np.hypot(std, _apart(p, spec, others, term.effect.word)))
-        unit, expected = base.roles.measured_in(p.unit), p.expected if base.roles.own else ""
+        unit, expected = base.roles.measured_in(p.unit), p.expected if base.ours else ""
         lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound))
     return lines
 

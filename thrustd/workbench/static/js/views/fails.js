@@ -117,7 +117,7 @@ export function fails(root) {
       return panel(
         `In words: ${c.model}`,
         [],
-        h("p.empty", "Nowhere in particular: the error is spread as evenly as the time."),
+        h("p.empty", "Nowhere in particular: the error goes with no region beyond chance."),
       );
     const press = (i) => () => {
       ui.chosen = ui.chosen === i ? null : i;
