@@ -142,7 +142,7 @@ def test_relaxation_of_a_few_cycles_is_not_nowhere():
 
 
 def test_a_late_reading_is_told_by_sign_and_size_of_the_velocity():
-    data = record()
+    data = record(n=36_000)
     velocity = np.gradient(data["deformation_mm"], DT_S)
     found = where_it_fails(
         regions_of(data["force_N"], DT_S, data.channels),

@@ -89,8 +89,6 @@ def _comparison(
     worst = int(np.nanargmax(np.abs(residual)))
     rmse, spread, roles = rms(residual), rms(reference_n - np.nanmean(reference_n)), roles_of([record])
     regions, failures = _regions(segments, model_n, reference_n, channels, roles)
-    ours = roles.output_unit == "N" and usual_load(reference_n, *spec.valid.force_n)
-    large = percents(residual, reference_n) if ours else np.array([])
     return Comparison(
         name,
         record.name,
@@ -98,7 +96,7 @@ def _comparison(
         rms(reference_n - rested_n),
         rms(reference_n - flown_n),
         float(np.nanmean(np.abs(residual))),
-        float(large.mean()) if len(large) else None,
+        _percent_of_large(spec, residual, reference_n, roles),
         float(np.nanmean(residual)),
         100.0 * (1.0 - rmse / spread) if spread > 0 else 0.0,
         float(residual[worst]),
@@ -115,6 +113,13 @@ def _comparison(
         roles,
         Check() if against == BROCHURE else check_of(name, spec, record, rmse, roles.output_unit),
     )
+
+
+def _percent_of_large(spec: ModelSpec, residual_n: Floats, reference_n: Floats, roles: Roles) -> float | None:
+    """Of loads of a mount of PH-LAB's kind, in newtons; None elsewhere."""
+    ours = roles.output_unit == "N" and usual_load(reference_n, *spec.valid.force_n)
+    large = percents(residual_n, reference_n) if ours else np.array([])
+    return float(large.mean()) if len(large) else None
 
 
 def free_runs(spec: ModelSpec, segment: Segment) -> tuple[Floats, Floats]:

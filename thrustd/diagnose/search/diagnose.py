@@ -269,10 +269,11 @@ def _advice(base: Base, ranked: Ranked, verdict: Verdict, not_judged: Sequence[N
             " bench leaves open: identify the mount on these records and its bench together"
         )
     if base.own_mse * (1.0 + WORTH) < verdict.fit.mse:
-        instead = base.scale * float(np.sqrt(ranked.nothing.mse))
+        own, instead = (base.scale * float(np.sqrt(mse)) for mse in (base.own_mse, ranked.nothing.mse))
         advice.append(
-            "effects are judged beside a mount's curve and relaxation, which leave"
-            f" {newtons(instead)} {base.roles.unit} here: this model is of another kind, and none can be added to it"
+            f"the model as it is leaves {newtons(own)} {base.roles.unit} of these records; effects are judged beside a"
+            f" mount's curve and relaxation, which leave {newtons(instead)} {base.roles.unit} of blocks held back: one"
+            " is added when it leaves less than the model does"
         )
     if verdict.alike:
         advice.append(f"these data do not tell {' and '.join(verdict.words)} from {' or '.join(verdict.alike)}")

@@ -10,7 +10,7 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.candidates import NotJudged
 from thrustd.diagnose.search.dependence import Dependence
 from thrustd.diagnose.search.explained import Explained
-from thrustd.diagnose.search.told import ParameterEstimate, sentences
+from thrustd.diagnose.search.told import ParameterEstimate, sentences, shown
 
 ON_BLOCKS = "on held-back blocks"
 SHOWN = 8  # candidates in the table
@@ -134,9 +134,8 @@ def _table(report: DiagnoseReport) -> Table:
     table.add_column("looks like")
     worth = [c for c in report.candidates if c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n]
     for c in worth[:SHOWN]:
-        numbers = ", ".join(f"{p.name} {p.interval}" for p in c.parameters[:1])
         after = newtons(c.rmse_after_n)
-        table.add_row(c.effect, newtons(c.rmse_before_n), after, numbers, ", ".join(c.separable_from))
+        table.add_row(c.effect, newtons(c.rmse_before_n), after, shown(c.parameters), ", ".join(c.separable_from))
     rest = len(report.candidates) - len(worth)
     table.caption = f"{rest} others remove nothing" if rest else None
     return table

@@ -17,6 +17,7 @@ from thrustd.model.artifact import EffectSpec
 from thrustd.model.effect import Parameter
 from thrustd.model.effects import effect_named
 
+NEGATIVE = "negative: "  # in the meaning of a parameter: what it is then
 UNSCALED = "-", "s"  # units of amplitudes that the scale of a transducer does not touch
 
 
@@ -31,6 +32,7 @@ class ParameterEstimate:
     unit: str
     expected: str
     bound: str = ""  # "lower" or "upper" where it ended on one
+    negative: str = ""  # what it means that it is, where its card says so
 
     @property
     def half_width(self) -> float:
@@ -43,19 +45,22 @@ class ParameterEstimate:
         wide = self.half_width
         decimals = max(0, 1 - floor(log10(wide))) if wide > 0.0 else 3
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
-        return f"{self.value:.{decimals}f} +- {wide:.{decimals}f}{unit}"
+        side = f" (negative: {self.negative})" if self.negative else ""
+        return f"{self.value:.{decimals}f} +- {wide:.{decimals}f}{unit}{side}"
 
     @property
     def sentence(self) -> str:
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         tail = ": these data do not tell it" if self.std >= abs(self.value) > 0 else ""
+        tail += f"; negative: {self.negative}" if self.negative else ""
         tail += f"; it is on its {self.bound} bound" if self.bound else ""
         tail += f"; expected on PH-LAB: {self.expected}" if self.expected else ""
         return f"{self.effect}: {self.name} = {self.value:.4g} +- {self.half_width:.2g}{unit} (95 %){tail}"
 
     def to_json(self) -> dict[str, Any]:
         found = {"value": self.value, "std": self.std, "unit": self.unit, "expected": self.expected}
-        return found | ({"bound": self.bound} if self.bound else {})
+        said = {"bound": self.bound, "negative": self.negative}
+        return found | {key: word for key, word in said.items() if word}
 
 
 def sentences(numbers: Sequence[ParameterEstimate]) -> list[str]:
@@ -76,6 +81,12 @@ def sentence_of(numbers: Sequence[ParameterEstimate]) -> str:
     """Of one number, or of one spectrum."""
     one = numbers[0]
     return one.sentence if len(numbers) == 1 else f"{one.effect}: {many_of(numbers)}"
+
+
+def shown(numbers: Sequence[ParameterEstimate]) -> str:
+    """In a table: a spectrum where there is one, else the first number."""
+    every = sorted(gathered(numbers), key=lambda own: len(own) == 1)[:1]
+    return "".join(many_of(own) if len(own) > 1 else f"{own[0].name} {own[0].interval}" for own in every)
 
 
 def many_of(numbers: Sequence[ParameterEstimate]) -> str:
@@ -165,7 +176,8 @@ def lines_of(
         if p.amplitude:
             std = float(np.hypot(std, _apart(p, spec, others, term.effect.word)))
         unit, expected = base.roles.measured_in(p.unit), p.expected if base.ours else ""
-        lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound))
+        side = p.meaning.partition(NEGATIVE)[2] if value < 0.0 else ""
+        lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound, side))
     return lines
 
 
