@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from thrustd.diagnose.search import better, ranking
-from thrustd.diagnose.search.better import borrowed, fewest, gained, rivals, stands
+from thrustd.diagnose.search.better import borrowed, fewest, gained, likely, rivals, stands
 from thrustd.diagnose.search.floor import at_floor
 from thrustd.diagnose.search.ranking import adds, advanced, carried, pruned, room, settled
 
@@ -110,6 +110,9 @@ def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
     assert [one is alike for one in found] == [True]
     elsewhere = by("m", 1.01, 0.1, start=1000.0)
     assert rivals(best, [best, elsewhere]) == [elsewhere]
+    assert likely(best, [best, worse, unsure, by("m_told", 1.01), by("r", 1.0)]) == []
+    shares = [likely(best, [by("m_late", level, 0.1)])[0][1] for level in (1.0, 1.0299, 1.0301)]
+    assert shares[0] > 0.99 and 0.05 < shares[2] < shares[1] < shares[2] + 0.01  # nothing is lost by a hair
 
 
 def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimated(monkeypatch):

@@ -5,10 +5,12 @@ from collections.abc import Set as AbstractSet
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.search.curves import NEAR, Followed, nearly
 from thrustd.diagnose.search.floor import EXACTLY, MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
 
+FAR = 3.0  # as standard errors: a law so far from the best is no part of an interval
 WORTH = 0.03  # of the squared error: less is not worth an effect
 
 
@@ -20,8 +22,13 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     """
     fall = (before.block_mse - after.block_mse) * before.block_size
     ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
-    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
+    sure = max(_sure(fall), _sure(ratio))
     return bool(before.mse - after.mse > worth * after.mse and sure > SURE) or eased(before, after)
+
+
+def _sure(less: Floats) -> float:
+    """How many standard errors from block to block the mean of what is less is from nothing."""
+    return float(less.mean() * np.sqrt(len(less)) / max(float(np.std(less)), EXACTLY))
 
 
 def eased(before: Joint, after: Joint) -> bool:
@@ -69,8 +76,7 @@ def simplest(fits: Sequence[Joint]) -> Joint:
 
 def ahead(one: Joint, other: Joint) -> bool:
     """Whether it leaves less by a standard error of the difference from block to block."""
-    less = (other.block_mse - one.block_mse) * one.block_size
-    return bool(less.mean() > float(np.std(less)) / np.sqrt(len(less)))
+    return _sure((other.block_mse - one.block_mse) * one.block_size) > 1.0
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
@@ -80,8 +86,26 @@ def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
 def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     """Sets of the same effects by other laws, or other starts, that held-back blocks do not tell from the best."""
-    same = [fit for fit in fits if set(fit.words) == set(best.words) and _laws(fit) != _laws(best)]
-    return untold(best, same)
+    return untold(best, [fit for fit in fits if _is_other(fit, best)])
+
+
+def likely(best: Joint, fits: Sequence[Joint]) -> list[tuple[Joint, float]]:
+    """The same by how nearly they leave as little: 1 for who leaves no more, less by how much more and how surely.
+
+    No law is in or out of an interval by a hair.
+    """
+    found = []
+    for fit in fits:
+        sure = _sure((fit.block_mse - best.block_mse) * best.block_size)
+        far = np.clip([sure, (fit.mse / best.mse - 1.0) / NEAR], 0.0, FAR)
+        share = float(np.exp(-far @ far / 2.0))
+        if _is_other(fit, best) and np.all(far < FAR):
+            found.append((fit, share))
+    return found
+
+
+def _is_other(fit: Joint, best: Joint) -> bool:
+    return set(fit.words) == set(best.words) and _laws(fit) != _laws(best)
 
 
 def _laws(fit: Joint) -> set[tuple[str, frozenset[tuple[str, float]]]]:

@@ -20,7 +20,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, rivals, stands
+from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, likely, look_alikes, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, followed, nearly
 from thrustd.diagnose.search.dependence import dependences
@@ -34,7 +34,7 @@ from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, as
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.reading import searched
 from thrustd.diagnose.search.screen import Looked, table_of
-from thrustd.diagnose.search.told import estimates_of, unsized
+from thrustd.diagnose.search.told import Likely, estimates_of, unsized
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
@@ -55,7 +55,7 @@ class Verdict:
     fit: Joint
     channels: tuple[Followed, ...]  # what the rest follows, best first
     alike: tuple[str, ...] = ()  # sets that are not told from it
-    rivals: tuple[Joint, ...] = ()  # the same effects by other laws or from other starts
+    rivals: Likely = ()  # the same effects by other laws or from other starts
 
 
 @one_thread()
@@ -111,8 +111,9 @@ def _searched(
         lambda ranked: ranked.best,
         lambda known, ranked: curve_says_it(known, ranked.best, ranked.curves),
     )
-    ranked = undisputed(known, rows, ranked, question.rig)
-    return replace(question, base=base), ranked, judge(known, rows, ranked)
+    ranked, otherwise = undisputed(known, rows, ranked, question.rig)
+    verdict = judge(known, rows, ranked)
+    return replace(question, base=base), ranked, replace(verdict, rivals=likely(verdict.fit, otherwise))
 
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
@@ -122,8 +123,7 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
     best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
     if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
-    alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))
-    return ranked, replace(verdict, fit=best, alike=alike, rivals=same)
+    return ranked, replace(verdict, fit=best, alike=look_alikes(verdict.fit, ranked.fits))
 
 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:

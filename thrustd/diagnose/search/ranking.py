@@ -206,14 +206,14 @@ def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, 
     from what the found set leaves to a member, the core and other members as the set has them, its rivals come first.
     """
     tried, found = {_laws(fit.terms) for fit in fits}, []
-    for rest in [_without(best, member) for member in best.terms]:
+    for rest in [without(best, member) for member in best.terms]:
         seen = leading(seen_beside(base, rest, looks.terms, best.words))
         new = [one for one in seen if _laws((*rest.terms, one.term)) not in tried]
         found += [joined(base, records, rest, one) for one in hopeful(base, new, None, [best])]
     return found
 
 
-def _without(fit: Joint, member: Term) -> Joint:
+def without(fit: Joint, member: Term) -> Joint:
     """As if one of its effects were neutral, all else as it was."""
     whole = fit.solution
     numbers = zip(whole.shape.terms, split(whole.shape.terms, whole.point.terms), strict=True)
