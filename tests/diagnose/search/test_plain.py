@@ -53,7 +53,7 @@ def test_another_law_is_asked_for_the_size_of_what_it_does_not_for_a_number_of_t
         return joint_fit(question.base, question.rows, (replace(term, fixed=term.fixed | fixed, shapes=False),))
 
     best = fitted("hysteresis", yield_mm=0.02)
-    skewed = fitted("hysteresis_bouc_wen", gamma=-0.6, exponent=1.8, yield_mm=0.2)
+    skewed = fitted("hysteresis_bouc_wen", gamma=-0.45, exponent=1.0, yield_mm=0.1)
     (own, *_), (wide, *_), (other, *_) = (
         estimates_of(question.base, *given) for given in ((best,), (best, [(skewed, 1.0)]), (skewed,))
     )

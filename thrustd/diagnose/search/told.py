@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.core.measures import SIGMAS_95, rms
+from thrustd.core.columns import Floats
+from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.base import Base, is_nuisance
 from thrustd.diagnose.search.floor import EXACTLY
 from thrustd.diagnose.search.joint import Joint
@@ -105,7 +106,7 @@ def estimates_of(base: Base, fit: Joint, rivals: Likely = ()) -> list[ParameterE
 
     rivals: fits of the same effects by other laws or from other starts, which the data hardly tell from this one. What
     these disagree by is part of what is not known of an amplitude (Draper, J. R. Stat. Soc. B 57 (1995) 45). A number
-    means what its law says: another law is asked for the size of what it does.
+    means what its law says: another law is asked how much it does of what this one does.
     """
     found: list[ParameterEstimate] = []
     for term, spec in _new(base, fit):
@@ -120,17 +121,18 @@ def _disagreed(base: Base, fit: Joint, rival: Joint, term: Term, spec: EffectSpe
     other, theirs = next((t, s.parameters) for t, s in _new(base, rival) if t.effect.word == term.effect.word)
     if other.effect.name == term.effect.name:
         return {name: theirs[name] - own[name] for name in own}
-    share = _does(rival, other) / max(_does(fit, term), EXACTLY) - 1.0
+    does, instead = _does(fit, term), _does(rival, other)
+    share = float(does @ instead) / max(float(does @ does), EXACTLY) - 1.0
     return {p.name: share * (own[p.name] - p.neutral) for p in term.free}
 
 
-def _does(fit: Joint, term: Term) -> float:
-    """Rms of what a term makes of the force."""
+def _does(fit: Joint, term: Term) -> Floats:
+    """What a term makes of the force (n,) of all records: what a law bears like a spring beside it, a core may bear."""
     out, rest = (
-        [simulate(one.solution.shape, one.solution.point, record, record.known) for record in fit.records]
+        [simulate(one.solution.shape, one.solution.point, record) for record in fit.records]
         for one in (fit, without(fit, term))
     )
-    return rms(np.concatenate(out) - np.concatenate(rest))
+    return np.concatenate(out) - np.concatenate(rest)
 
 
 def as_told(effects: Sequence[EffectSpec], numbers: Sequence[ParameterEstimate]) -> list[EffectSpec]:
