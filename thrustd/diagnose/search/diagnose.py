@@ -20,7 +20,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, likely, look_alikes, stands
+from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, likely, look_alikes, margin, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, followed, nearly
 from thrustd.diagnose.search.dependence import dependences
@@ -29,7 +29,7 @@ from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
 from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.library import curve_sigma, laws
-from thrustd.diagnose.search.plain import undisputed
+from thrustd.diagnose.search.plain import close_by, undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.reading import searched
@@ -113,7 +113,11 @@ def _searched(
     )
     ranked, otherwise = undisputed(known, rows, ranked, question.rig)
     verdict = judge(known, rows, ranked)
-    return replace(question, base=base), ranked, replace(verdict, rivals=likely(verdict.fit, otherwise))
+    if verdict.fit.terms:
+        best, within = verdict.fit, margin(ranked.nothing, verdict.fit, before(ranked.nothing, known))
+        others = [*ranked.fits, *close_by(known, rows, ranked, best, within, question.rig)]
+        verdict = replace(verdict, alike=look_alikes(best, others, within), rivals=likely(best, otherwise))
+    return replace(question, base=base), ranked, verdict
 
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
@@ -123,7 +127,7 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
     best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
     if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
-    return ranked, replace(verdict, fit=best, alike=look_alikes(verdict.fit, ranked.fits))
+    return ranked, replace(verdict, fit=best)
 
 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:

@@ -98,6 +98,19 @@ def by_other_laws(
     return found
 
 
+def close_by(base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, within: float, rig: Rig) -> list[Joint]:
+    """Sets that may leave as little within a margin and that the search had no cause to estimate.
+
+    Beside one effect every other that looks so; beside several those without a member, by other laws of the rest.
+    """
+    if len(best.terms) == 1:
+        tried = {fit.words for fit in ranked.fits}
+        looked = {one.term.effect.word: one for one in reversed(ranked.looked) if one.leaves < best.mse + within}
+        return [joined(base, records, ranked.nothing, one) for word, one in looked.items() if (word,) not in tried]
+    rests = [without(best, term) for term in best.terms]
+    return [fit for rest in rests for fit in by_other_laws(base, records, rest, rig, ranked.fits)]
+
+
 def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:
     """Other starts of its shapes that these data do not tell."""
     loose = [p.name for p, one in zip(term.free, std, strict=True) if not p.amplitude and one >= PRIOR]

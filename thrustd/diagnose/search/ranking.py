@@ -11,7 +11,7 @@ import numpy as np
 
 from thrustd.core.types import Progress
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import eased, fewest, gained, simplest, stands
+from thrustd.diagnose.search.better import LAW, eased, fewest, gained, simplest, stands
 from thrustd.diagnose.search.curves import Followed, estimated, followed
 from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, hardly_anything, left
 from thrustd.diagnose.search.grow import begin_at, grown, hopeful, joined, seen_beside, unheard
@@ -38,7 +38,6 @@ from thrustd.model.stage import DEFORMATION
 
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
-LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 RESISTS = "force", DEFORMATION  # where friction and damping act, and what they read
 
 
