@@ -55,7 +55,7 @@ def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_ver
     nothing, drifted, more = _fit("", 1.0, 0.0), _fit("m", 0.9, 0.01), _fit("mr", 0.8, 0.01)
     drifted.shown = more.shown = False
     assert gained(nothing, drifted) and not stands(nothing, drifted)
-    cell = SimpleNamespace(own_mse=np.inf, as_is_mse=np.inf, promised=0.5, own_plateau=np.inf, tremble=0.0)
+    cell = SimpleNamespace(own_mse=np.inf, as_is_mse=np.inf, promised=0.5, own_plateau=np.inf, least=0.0, tremble=0.0)
     assert advanced(cell, nothing, nothing, [drifted, more]) is None
 
 
@@ -77,7 +77,9 @@ def test_a_curve_that_explains_more_than_the_core_moves_beside_it_is_not_borrowe
 @given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.0, 1.0))
 def test_where_there_is_no_room_nothing_that_leaves_the_floor_or_more_is_added(found, floor, share):
     """Else sets would be left out that could be the verdict."""
-    base = SimpleNamespace(own_mse=np.inf, as_is_mse=np.inf, promised=np.sqrt(floor), own_plateau=np.inf, tremble=0.0)
+    base = SimpleNamespace(
+        own_mse=np.inf, as_is_mse=np.inf, promised=np.sqrt(floor), own_plateau=np.inf, least=0.0, tremble=0.0
+    )
     nothing, best = _fit("", 1.0, 0.0), _fit("m", max(found, floor), 0.0)
     more = _fit("mr", floor + share * (best.mse - floor), 0.0)
     nothing.plateau = best.plateau = more.plateau = np.inf

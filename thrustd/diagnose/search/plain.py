@@ -83,9 +83,7 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
     return found
 
 
-def by_other_laws(
-    base: Base, records: Sequence[Record], best: Joint, rig: Rig, tried: Sequence[Joint]
-) -> list[Joint]:
+def by_other_laws(base: Base, records: Sequence[Record], best: Joint, rig: Rig, tried: Sequence[Joint]) -> list[Joint]:
     """Each effect by the other law of its word that says most in its place, whatever the search came by."""
     found = []
     for term in best.terms:
@@ -98,7 +96,9 @@ def by_other_laws(
     return found
 
 
-def close_by(base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, within: float, rig: Rig) -> list[Joint]:
+def close_by(
+    base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, within: float, rig: Rig
+) -> list[Joint]:
     """Sets that may leave as little within a margin and that the search had no cause to estimate.
 
     Beside one effect every other that looks so; beside several those without a member, by other laws of the rest.
