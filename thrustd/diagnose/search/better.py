@@ -116,7 +116,7 @@ def _laws(fit: Joint) -> set[tuple[str, frozenset[tuple[str, float]]]]:
 def look_alikes(best: Joint, fits: Sequence[Joint], margin: float = 0.0) -> tuple[str, ...]:
     """Other sets of no more members that held-back blocks do not tell from the best, by any law of its effects.
 
-    Nor do they where no more than the margin is between them. Of sets that say the same with a member more the smallest.
+    Nor where no more than the margin is between them. Of sets that say the same with a member more the smallest.
     """
     found: list[tuple[str, ...]] = []
     own = [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
