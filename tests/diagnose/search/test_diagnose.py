@@ -94,6 +94,17 @@ def test_look_alikes_come_with_the_test_that_separates_them():
     assert any("alone would show so" in line for line in report.advice)
 
 
+def test_a_record_of_one_sine_does_not_tell_a_dashpot_from_what_is_late_or_relaxes():
+    """Noise tells a delay by the third harmonic of a curved spring, but no law holds so exactly."""
+    t = np.arange(12_000) * DT_S
+    seen = {"time_s": t, "deformation_mm": 0.6 + 0.5 * np.sin(2 * np.pi * 0.2 * t)}
+    model = compile_model(mount(effects=[EffectSpec("viscous_damping", {"damping_n_s_mm": 300.0})]), 1 / DT_S)
+    force = model.simulate(model.inputs(seen)) + np.random.default_rng(1).normal(0.0, NOISE_N, len(t))
+    report = diagnose(mount(), [make_recording("sine", seen | {"force_N": force})])
+    assert report.grade == "cannot be told"
+    assert {"viscous_damping", "relaxation", "time_delay"} <= {*report.verdict, *report.candidates[0].separable_from}
+
+
 def test_a_users_expression_takes_part():
     hidden = record(added=lambda d: 60.0 * (d["cabin_psi"] - 14.0))
     assert diagnose(mount(), [hidden]).verdict == ("unknown",)

@@ -4,13 +4,26 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
+from thrustd.core.measures import rms
 from thrustd.diagnose.search.base import plateau
 from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.diagnose import Verdict, grade_of
-from thrustd.diagnose.search.floor import at_floor, far_above, floor_of, hardly_anything, left, mostly, shows, usual
+from thrustd.diagnose.search.floor import (
+    at_floor,
+    far_above,
+    floor_of,
+    hardly_anything,
+    left,
+    mostly,
+    noise_of,
+    shows,
+    usual,
+)
 from thrustd.diagnose.search.sets import advanced
+from thrustd.diagnose.search.unexplained import unexplained
 from thrustd.identify.segments import segments_of
 from thrustd.records.recording import make_recording
 
@@ -32,28 +45,52 @@ def test_noise_is_noise_where_stamps_tremble(trembles_s):
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     fit = SimpleNamespace(plateau=0.001, mse=(1.02 * UNEXPLAINED) ** 2, terms=("law",))
-    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf, tremble=0.0)
+    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf, least=0.0, tremble=0.0)
     assert floor_of(fit, cell) == 0.001 and not at_floor(fit, cell)
-    assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf)) == 0.0005
-    assert floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007)) == 0.0007  # a mount's core leaves more
+    assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf, least=0.0)) == 0.0005
+    assert (
+        floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007, least=0.0)) == 0.0007
+    )  # a mount's core leaves more
     assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, terms=("law",)), cell)
+
+
+def test_what_no_function_of_the_motion_explains_is_the_floor_as_far_as_nothing_less_was_promised():
+    rough = SimpleNamespace(promised=50.0, own_mse=np.inf, own_plateau=np.inf, least=8.0, tremble=0.0)
+    assert floor_of(fit(9.0), rough) == 8.0 and noise_of(fit(9.0), rough) == 1.0
+    assert grade_of(rough, Verdict(("none",), fit(8.1, ()), ())) == "weak"  # nothing to be found, and no noise either
+    assert floor_of(fit(9.0), SimpleNamespace(promised=2.0, own_plateau=np.inf, least=8.0)) == 2.0
+
+
+@pytest.mark.parametrize(("missing", "floor"), [(0.0, 5.0), (60.0, 5.0)])
+def test_a_free_function_of_the_motion_leaves_noise_and_what_is_not_of_the_motion(missing, floor):
+    """White noise would be half the floor by its steps: the rest of it lasts, and no law of the motion explains it."""
+    rng, n = np.random.default_rng(2), 12_000
+    d = np.sin(0.02 * np.arange(n)) * np.repeat([0.5, 1.0], n // 2)
+    lasting = lfilter([1.0], [1.0, -0.9], rng.normal(0.0, floor * np.sqrt(1.0 - 0.81), n))
+    residual = missing * np.sign(np.gradient(d)) * np.abs(d) + lasting
+    whole = SimpleNamespace(
+        solution=SimpleNamespace(normal=SimpleNamespace(residuals=[residual])), records=[SimpleNamespace(d=d)]
+    )
+    assert 0.97 * floor < unexplained(whole) < min(1.25 * floor, 1.01 * rms(residual))
 
 
 @pytest.mark.parametrize(("was", "leaves", "real"), [(1.18, 1.12, False), (1.25, 1.15, True), (1.18, 1.03, True)])
 def test_what_lasts_on_a_bench_may_be_half_as_large_again_on_another_record(was, leaves, real):
     """Noise 1 and a bench that left 1.1: 1.21 is usual, but for what explains it to the noise."""
-    inexact = SimpleNamespace(promised=1.1, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    inexact = SimpleNamespace(
+        promised=1.1, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, least=0.0, tremble=0.0
+    )
     assert usual(fit(1.0), inexact) == pytest.approx(1.0 + 1.5**2 * (1.1**2 - 1.0))
     assert mostly(fit(was, ()), fit(leaves), inexact) == real
 
 
 def test_a_bench_that_left_its_noise_leaves_no_more_elsewhere():
     assert usual(fit(1.0), CELL) == pytest.approx(1.0)
-    assert usual(fit(1.0), SimpleNamespace(promised=None, own_plateau=np.inf)) == 0.0
+    assert usual(fit(1.0), SimpleNamespace(promised=None, own_plateau=np.inf, least=0.0)) == 0.0
 
 
 def test_a_bench_that_missed_something_itself_says_nothing_of_other_records():
-    assert usual(fit(1.0), SimpleNamespace(promised=1.3, own_plateau=np.inf)) == 0.0
+    assert usual(fit(1.0), SimpleNamespace(promised=1.3, own_plateau=np.inf, least=0.0)) == 0.0
 
 
 @pytest.mark.parametrize(("left", "said"), [(1.2, True), (21.0, True), (24.0, False), (90.0, False)])
@@ -86,7 +123,7 @@ def fit(rms, words=("law",)):
     )
 
 
-CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+CELL = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, least=0.0, tremble=0.0)
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
@@ -97,18 +134,20 @@ def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest
 
 
 def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
-    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    cubic = SimpleNamespace(promised=1.0, own_mse=23.0**2, as_is_mse=np.inf, own_plateau=np.inf, least=0.0, tremble=0.0)
     large, more = fit(3.0), fit(1.5, ("law", "other"))
     assert advanced(CELL, fit(100.0, ()), large, [more])[0] is large
     assert advanced(cubic, fit(100.0, ()), large, [more])[0] is more
-    moved = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=100.0**2, own_plateau=np.inf, tremble=0.0)
+    moved = SimpleNamespace(
+        promised=1.0, own_mse=np.inf, as_is_mse=100.0**2, own_plateau=np.inf, least=0.0, tremble=0.0
+    )
     assert advanced(moved, fit(23.0, ()), large, [more])[0] is large  # a bench's core that moved had hidden most of it
 
 
 def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():
     """11.5 N on a new record, 10 on the bench, 8.8 of noise, as friction that the bench did not show (LuGre) leaves."""
     noise = 8.8
-    bench = SimpleNamespace(promised=10.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    bench = SimpleNamespace(promised=10.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, least=0.0, tremble=0.0)
 
     def leaves(rms, words=("law",)):
         one = fit(rms, words)
@@ -154,7 +193,7 @@ def test_what_hides_in_the_tremble_of_a_reading_is_not_missed():
     """A cell that drifts by 2 N beside 1 N of noise: alone it shows, beside 5 N of a reading's noise it does not."""
     drifts = fit(2.0, ())
     drifts.plateau = 1.0
-    still = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, tremble=0.0)
+    still = SimpleNamespace(promised=1.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, least=0.0, tremble=0.0)
     assert shows(drifts, still)
     assert not shows(drifts, SimpleNamespace(**{**vars(still), "tremble": 25.0}))
 

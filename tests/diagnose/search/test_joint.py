@@ -16,9 +16,9 @@ from thrustd.diagnose.search.grow import begin_at
 from thrustd.diagnose.search.joint import counted, joint_fit, told
 from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
-from thrustd.diagnose.search.ranking import exchanged, look
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
+from thrustd.diagnose.search.sets import exchanged, look
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
 from thrustd.identify.regression.sweep import normal_equations

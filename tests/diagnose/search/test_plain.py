@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 
-from tests.diagnose.scene import mount, record
-from thrustd.diagnose.search.better import rivals
+from tests.diagnose.scene import inertia, mount, record
+from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.better import likely
+from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.joint import joint_fit
 from thrustd.diagnose.search.library import terms_of
 from thrustd.diagnose.search.plain import elsewhere
@@ -24,7 +26,7 @@ def test_how_fast_it_ages_at_first_is_as_unsure_as_how_soon_it_settles():
         best = joint_fit(question.base, question.rows, (straight,))
         others = elsewhere(question.base, question.rows, best, question.rig)
         assert [other.terms[0].fixed["settling_h"] for other in others] == [1.0]
-        alone, wide = (estimates_of(question.base, best, same)[0] for same in ((), rivals(best, others)))
+        alone, wide = (estimates_of(question.base, best, same)[0] for same in ((), likely(best, others)))
         assert abs(alone.value - 0.2) > alone.half_width
         inside.append(abs(wide.value - 0.2) < wide.half_width)
     assert sum(inside) >= 9
@@ -39,3 +41,31 @@ def test_an_effect_that_another_fit_does_without_is_disputed():
     without = replace(best, solution=replace(best.solution, point=replace(best.solution.point, terms=moved)))
     assert disputed(best, [without]) == {"ageing"}
     assert disputed(best, [best]) == set()
+
+
+def test_another_law_is_asked_for_the_size_of_what_it_does_not_for_a_number_of_the_same_name():
+    """On a drive a skewed Bouc-Wen, whose friction_n is no half width, made 21 +- 2 N of friction 21 +- 21 N."""
+    friction = EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.02, "deadband_mm": 0.0})
+    question = asked(mount(), [record([friction], n=6000)], NOTHING)
+
+    def fitted(law: str, **fixed: float):
+        term = next(terms_of(effect_named(law), question.rig))
+        return joint_fit(question.base, question.rows, (replace(term, fixed=term.fixed | fixed, shapes=False),))
+
+    best = fitted("hysteresis", yield_mm=0.02)
+    skewed = fitted("hysteresis_bouc_wen", gamma=-0.45, exponent=1.0, yield_mm=0.1)
+    (own, *_), (wide, *_), (other, *_) = (
+        estimates_of(question.base, *given) for given in ((best,), (best, [(skewed, 1.0)]), (skewed,))
+    )
+    assert own.std < wide.std < 0.5 * abs(other.value - own.value)
+
+
+def test_what_is_named_has_the_same_intervals_where_it_is_added():
+    """`diagnose` and `extend` compared it with whatever laws each of them had come by."""
+    friction = EffectSpec("hysteresis", {"friction_n": 150.0, "yield_mm": 0.02, "deadband_mm": 0.0})
+    records = [record([friction, inertia(60.0)], n=6000)]
+    found = diagnose(mount(), records)
+    assert set(found.verdict) == {"hysteresis", "axial_inertia"}
+    told = {(p.effect, p.name): p.interval for one in found.candidates if one.in_verdict for p in one.parameters}
+    added = extend(mount(), records, found.verdict)
+    assert {(p.effect, p.name): p.interval for p in added.parameters} == told

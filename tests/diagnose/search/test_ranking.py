@@ -3,9 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from thrustd.diagnose.search import better, ranking
-from thrustd.diagnose.search.better import borrowed, fewest, gained, rivals
+from thrustd.diagnose.search.better import borrowed, fewest, gained, likely, look_alikes, margin, rivals, ways
 from thrustd.diagnose.search.ranking import pruned, settled
 
 RNG = np.random.default_rng(3)
@@ -75,6 +76,37 @@ def test_rivals_are_other_laws_of_the_same_effects_that_leave_as_little():
     assert [one is alike for one in found] == [True]
     elsewhere = by("m", 1.01, 0.1, start=1000.0)
     assert rivals(best, [best, elsewhere]) == [elsewhere]
+    assert likely(best, [best, worse, unsure, by("m_told", 1.01), by("r", 1.0)]) == []
+    shares = [likely(best, [by("m_late", level, 0.1)])[0][1] for level in (1.0, 1.0299, 1.0301)]
+    assert shares[0] > 0.99 and 0.05 < shares[2] < shares[1] < shares[2] + 0.01  # nothing is lost by a hair
+
+
+def test_a_cycle_that_is_repeated_is_one_trial_and_a_motion_of_many_speeds_many():
+    t = np.arange(4800) / 100.0
+
+    def leaves(residual: np.ndarray) -> SimpleNamespace:
+        found = SimpleNamespace(normal=SimpleNamespace(residuals=[residual]))
+        return SimpleNamespace(solution=found, mse=float(np.nanmean(residual**2)))
+
+    best, gap = leaves(np.where(t < 1.0, np.nan, 0.1)), np.where(t < 1.0, np.nan, 1.0)
+    one, many = (
+        leaves(0.1 + gap * motion) for motion in (np.sin(4 * np.pi * t), np.random.default_rng(0).normal(size=4800))
+    )
+    assert ways(one, best) == pytest.approx(1.0, abs=0.2) and ways(many, best) > 1000
+    assert margin(one, best, one.mse) == pytest.approx(0.09 * 0.5, rel=0.2)  # 0.3 of a force of 0.7
+    assert margin(many, best, many.mse) < 1e-4
+
+
+def test_look_alikes_are_the_smallest_sets_within_the_margin():
+    def of(words: str, level: float) -> SimpleNamespace:
+        fit = _fit(words, level, 0.0)
+        fit.words = tuple(words)
+        return fit
+
+    best = of("hmv", 1.0)
+    fits = [best, of("hmr", 1.2), of("hm", 1.3), of("mv", 1.9), of("hmvr", 1.0), of("d", 1.25)]
+    assert look_alikes(best, fits) == ()
+    assert look_alikes(best, fits, 0.35) == ("d", "h+m")
 
 
 def test_a_member_that_pruning_leaves_alone_is_one_of_the_sets_that_were_estimated(monkeypatch):

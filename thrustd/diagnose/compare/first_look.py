@@ -76,7 +76,7 @@ def first_look(records: Sequence[Recording]) -> FirstLook:
         (
             tone is not None and alike,
             f"{where}: moves at one frequency ({tone or 0:.3g} Hz) and one amplitude:"
-            " delay, damping, friction and free play cannot be told apart",
+            " delay, damping, relaxation and creep cannot be told apart, nor friction and free play from softening",
         ),
     ]
     lines = tuple(line for true, line in said if true) + _channels(records, where)

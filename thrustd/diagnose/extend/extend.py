@@ -21,14 +21,14 @@ from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import eased, gained, rivals, simplest
+from thrustd.diagnose.search.better import eased, gained, likely, simplest
 from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.grow import joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, told
 from thrustd.diagnose.search.library import Rig, terms_of
-from thrustd.diagnose.search.plain import elsewhere, plain
+from thrustd.diagnose.search.plain import by_other_laws, elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import pruned
 from thrustd.diagnose.search.reading import searched
@@ -81,7 +81,8 @@ def extend(
 
     known, few, (nothing, fit, tried), base = searched(question, search, lambda found: found[1])
     fit = plain(known, few, _that_help(known, few, pruned(known, few, nothing, fit, tried)), question.rig)
-    same = rivals(fit, [*tried, *elsewhere(known, few, fit, question.rig)])
+    otherwise = elsewhere(known, few, fit, question.rig) + by_other_laws(known, few, fit, question.rig, tried)
+    same = likely(fit, otherwise)
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")

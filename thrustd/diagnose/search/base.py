@@ -61,6 +61,7 @@ class Base:
     opposes: bool = False  # its force and that of these records pull opposite ways
     own_mse: float = np.inf  # the same where no bench says how far its core may move
     own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
+    least: float = 0.0  # what no function of the motion explains, once it was asked for (`unexplained`)
     tremble: float = 0.0  # mean square of the force of the reading's noise, without which a set was searched for
 
     @property

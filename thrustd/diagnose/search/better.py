@@ -5,10 +5,13 @@ from collections.abc import Set as AbstractSet
 
 import numpy as np
 
+from thrustd.core.columns import Floats
 from thrustd.diagnose.search.curves import NEAR, Followed, nearly
 from thrustd.diagnose.search.floor import EXACTLY, MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
 
+FAR = 3.0  # as standard errors: a law so far from the best is no part of an interval
+LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 WORTH = 0.03  # of the squared error: less is not worth an effect
 
 
@@ -20,8 +23,13 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     """
     fall = (before.block_mse - after.block_mse) * before.block_size
     ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
-    sure = max(float(one.mean()) / max(float(np.std(one)), EXACTLY) for one in (fall, ratio)) * np.sqrt(len(fall))
+    sure = max(_sure(fall), _sure(ratio))
     return bool(before.mse - after.mse > worth * after.mse and sure > SURE) or eased(before, after)
+
+
+def _sure(less: Floats) -> float:
+    """How many standard errors from block to block the mean of what is less is from nothing."""
+    return float(less.mean() * np.sqrt(len(less)) / max(float(np.std(less)), EXACTLY))
 
 
 def eased(before: Joint, after: Joint) -> bool:
@@ -69,8 +77,7 @@ def simplest(fits: Sequence[Joint]) -> Joint:
 
 def ahead(one: Joint, other: Joint) -> bool:
     """Whether it leaves less by a standard error of the difference from block to block."""
-    less = (other.block_mse - one.block_mse) * one.block_size
-    return bool(less.mean() > float(np.std(less)) / np.sqrt(len(less)))
+    return _sure((other.block_mse - one.block_mse) * one.block_size) > 1.0
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
@@ -80,22 +87,67 @@ def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
 def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     """Sets of the same effects by other laws, or other starts, that held-back blocks do not tell from the best."""
-    same = [fit for fit in fits if set(fit.words) == set(best.words) and _laws(fit) != _laws(best)]
-    return untold(best, same)
+    return untold(best, [fit for fit in fits if _is_other(fit, best)])
+
+
+def likely(best: Joint, fits: Sequence[Joint]) -> list[tuple[Joint, float]]:
+    """The same by how nearly they leave as little: 1 for who leaves no more, less by how much more and how surely.
+
+    No law is in or out of an interval by a hair.
+    """
+    found = []
+    for fit in fits:
+        sure = _sure((fit.block_mse - best.block_mse) * best.block_size)
+        far = np.clip([sure, (fit.mse / best.mse - 1.0) / NEAR], 0.0, FAR)
+        share = float(np.exp(-far @ far / 2.0))
+        if _is_other(fit, best) and np.all(far < FAR):
+            found.append((fit, share))
+    return found
+
+
+def _is_other(fit: Joint, best: Joint) -> bool:
+    return set(fit.words) == set(best.words) and _laws(fit) != _laws(best)
 
 
 def _laws(fit: Joint) -> set[tuple[str, frozenset[tuple[str, float]]]]:
     return {(term.effect.name, frozenset(term.fixed.items())) for term in fit.terms}
 
 
-def look_alikes(best: Joint, fits: Sequence[Joint]) -> tuple[str, ...]:
-    """Other sets of no more members that held-back blocks do not tell from the best, by any law of its effects."""
-    found, own = [], [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
-    for fit in fits:
-        told = any(gained(fit, one) for one in own)
-        if 0 < len(fit.terms) <= len(best.terms) and set(fit.words) != set(best.words) and fit.shown and not told:
-            found.append("+".join(fit.words))
-    return tuple(dict.fromkeys(found))
+def look_alikes(best: Joint, fits: Sequence[Joint], margin: float = 0.0) -> tuple[str, ...]:
+    """Other sets of no more members that held-back blocks do not tell from the best, by any law of its effects.
+
+    Nor where no more than the margin is between them. Of sets that say the same with a member more the smallest.
+    """
+    found: list[tuple[str, ...]] = []
+    own = [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
+    for fit in sorted(fits, key=lambda fit: (len(fit.terms), fit.mse)):
+        told = fit.mse > best.mse + margin and any(gained(fit, one) for one in own)
+        words = dict.fromkeys(fit.words)
+        if 0 < len(fit.terms) <= len(best.terms) and words.keys() != set(best.words) and fit.shown and not told:
+            found += [] if any(set(one) <= words.keys() for one in found) else [tuple(words)]
+    return tuple("+".join(words) for words in found)
+
+
+def margin(nothing: Joint, best: Joint, before: float) -> float:
+    """Mean square that one law may leave more than another on these records though it is the true one.
+
+    No law holds better than to LAW of what it explains, and what it misses by may be what the other law has. By chance
+    that is the less likely the more ways these records try it in: every one is a trial (`ways`).
+    """
+    return SURE**2 * LAW * max(before - best.mse, 0.0) / ways(nothing, best)
+
+
+def ways(nothing: Joint, best: Joint) -> float:
+    """In how many ways records try what a set explains: lines of its spectrum, as if all were as strong.
+
+    A cycle that is repeated is one trial, a motion of many speeds and sizes many.
+    """
+    strong = much = 0.0
+    for one, other in zip(nothing.solution.normal.residuals, best.solution.normal.residuals, strict=True):
+        explained = (one - other)[np.isfinite(one - other)]
+        power = np.abs(np.fft.rfft(explained - explained.mean()))[1:] ** 2 / len(explained)
+        strong, much = strong + float(np.sum(power)), much + float(np.sum(power**2))
+    return max(strong**2 / max(much, EXACTLY), 1.0)
 
 
 def fewest(fits: Sequence[Joint], best: Joint) -> Joint:

@@ -20,21 +20,33 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, look_alikes, rivals, stands
+from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, likely, look_alikes, margin, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import Followed, followed, nearly
 from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, shows, signed, usual
+from thrustd.diagnose.search.floor import (
+    at_floor,
+    before,
+    far_above,
+    floor_of,
+    left,
+    noise_of,
+    only_noise,
+    shows,
+    signed,
+    usual,
+)
 from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.library import curve_sigma, laws
-from thrustd.diagnose.search.plain import undisputed
+from thrustd.diagnose.search.plain import close_by, undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.reading import searched
 from thrustd.diagnose.search.screen import Looked, table_of
-from thrustd.diagnose.search.told import estimates_of, unsized
+from thrustd.diagnose.search.told import Likely, estimates_of, unsized
+from thrustd.diagnose.search.unexplained import unexplained
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
@@ -55,7 +67,7 @@ class Verdict:
     fit: Joint
     channels: tuple[Followed, ...]  # what the rest follows, best first
     alike: tuple[str, ...] = ()  # sets that are not told from it
-    rivals: tuple[Joint, ...] = ()  # the same effects by other laws or from other starts
+    rivals: Likely = ()  # the same effects by other laws or from other starts
 
 
 @one_thread()
@@ -111,8 +123,17 @@ def _searched(
         lambda ranked: ranked.best,
         lambda known, ranked: curve_says_it(known, ranked.best, ranked.curves),
     )
-    ranked = undisputed(known, rows, ranked, question.rig)
-    return replace(question, base=base), ranked, judge(known, rows, ranked)
+    ranked, otherwise = undisputed(known, rows, ranked, question.rig)
+    if not at_floor(ranked.best, known):
+        free = min([unexplained(ranked.best), *(curve.mse**0.5 for curve in ranked.curves)])
+        base = replace(base, least=float(np.hypot(free, known.tremble**0.5)))
+        known = replace(known, least=free)
+    verdict = judge(known, rows, ranked)
+    if verdict.fit.terms:
+        best, within = verdict.fit, margin(ranked.nothing, verdict.fit, before(ranked.nothing, known))
+        others = [*ranked.fits, *close_by(known, rows, ranked, best, within, question.rig)]
+        verdict = replace(verdict, alike=look_alikes(best, others, within), rivals=likely(best, otherwise))
+    return replace(question, base=base), ranked, verdict
 
 
 def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) -> tuple[Ranked, Verdict]:
@@ -122,8 +143,7 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
     best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
     if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
-    alike, same = look_alikes(verdict.fit, ranked.fits), tuple(rivals(verdict.fit, ranked.fits))
-    return ranked, replace(verdict, fit=best, alike=alike, rivals=same)
+    return ranked, replace(verdict, fit=best)
 
 
 def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
@@ -141,7 +161,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
-    if (not best.terms and far_above(best, base)) or (much and (strange or (not best.terms and rest))):
+    if (not best.terms and shows(best, base)) or (much and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, clearest(strange or rest))
     return Verdict(best.words or ("none",), best, clearest(rest))
 
@@ -173,6 +193,7 @@ def _report(
         more_left(base, verdict),
         explained(question, ranked) if beside else None,
         base.roles.unit,
+        noise_n=scale * noise_of(verdict.fit, base),
     )
 
 
@@ -185,7 +206,8 @@ def grade_of(base: Base, verdict: Verdict) -> str:
     if verdict.alike or any(not set(one.parts) & set(said[0].parts) and nearly(said[0], one) for one in said[1:]):
         return "cannot be told"
     sized = not verdict.fit.terms or not unsized(base, verdict.fit, verdict.rivals)
-    return "strong" if said or (sized and not more_left(base, verdict)) else "weak"
+    alone = sized and only_noise(verdict.fit, base) and not more_left(base, verdict)
+    return "strong" if said or alone else "weak"
 
 
 def more_left(base: Base, verdict: Verdict) -> bool:

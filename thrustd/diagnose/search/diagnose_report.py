@@ -10,6 +10,7 @@ from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.search.candidates import NotJudged
 from thrustd.diagnose.search.dependence import Dependence
 from thrustd.diagnose.search.explained import Explained
+from thrustd.diagnose.search.floor import SHOWS
 from thrustd.diagnose.search.told import ParameterEstimate, sentences, shown
 
 ON_BLOCKS = "on held-back blocks"
@@ -63,6 +64,7 @@ class DiagnoseReport:
     explained: Explained | None = None  # sample by sample, for pictures
     unit: str = "N"
     judged: str = ON_BLOCKS
+    noise_n: float | None = None  # of its own error: from sample to sample, or as promised; none: all of it
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -80,6 +82,7 @@ class DiagnoseReport:
             "own_error_promised": self.promised,
             "grade": self.grade,
             "floor_n": self.own_error_n,
+            "noise_n": self.own_error_n if self.noise_n is None else self.noise_n,
             "more_left": self.more_left,
         }
 
@@ -122,7 +125,10 @@ def _yardstick(report: DiagnoseReport) -> str:
     if any(c.in_verdict for c in report.candidates):
         fall += f" -> {newtons(report.rmse_after_n)} {report.unit} with {' and '.join(report.verdict)}"
     floor = "the floor is" if report.judged == ON_BLOCKS else "what brochure and model may be wrong by is"
-    return f"error {report.judged}: {fall}; {floor} about {newtons(report.own_error_n)} {report.unit}"
+    said = f"error {report.judged}: {fall}; {floor} about {newtons(report.own_error_n)} {report.unit}"
+    if report.noise_n is not None and report.own_error_n > SHOWS * report.noise_n:
+        said += f", of which {newtons(report.noise_n)} {report.unit} are noise and the rest follows no motion"
+    return said
 
 
 def _table(report: DiagnoseReport) -> Table:

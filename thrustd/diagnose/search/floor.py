@@ -82,5 +82,22 @@ def usual(fit: Joint, base: Base) -> float:
 
 
 def floor_of(fit: Joint, base: Base) -> float:
-    """Rms that nothing could go below: the residual's fast end, or what identification left."""
-    return min(fit.plateau, base.own_plateau, base.promised if base.promised is not None else np.inf)
+    """Rms that nothing could go below: the noise, or what no free function of the motion explains (`Base.least`).
+
+    That one as far as identification did not promise less.
+    """
+    return max(noise_of(fit, base), min(base.least, _promised(base)))
+
+
+def noise_of(fit: Joint, base: Base) -> float:
+    """The residual's fast end, or what identification left, whichever is less."""
+    return min(fit.plateau, base.own_plateau, _promised(base))
+
+
+def only_noise(fit: Joint, base: Base) -> bool:
+    """Whether hardly more than noise is left, whatever else no function of the motion explains."""
+    return left(fit, base) + base.tremble < SHOWS**2 * (noise_of(fit, base) ** 2 + base.tremble)
+
+
+def _promised(base: Base) -> float:
+    return base.promised if base.promised is not None else np.inf

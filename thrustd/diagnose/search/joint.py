@@ -16,7 +16,7 @@ from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.regress import FIRST, begun_where
 from thrustd.identify.regression.shape import SPECTRUM, Shape
 from thrustd.identify.regression.solve import Given, Solution, noise_level, solve
-from thrustd.identify.regression.terms import Term
+from thrustd.identify.regression.terms import Term, split
 from thrustd.identify.regression.walk import walking
 from thrustd.model.modulated import BY
 
@@ -183,6 +183,17 @@ def unmoved(base: Base, records: Sequence[Record], nothing: Joint) -> Joint:
         noise_variance=base.noise_variance or nothing.solution.noise_variance,
     )
     return replace(nothing, records=tuple(records), solution=solution)
+
+
+def without(fit: Joint, member: Term) -> Joint:
+    """As if one of its effects were neutral, all else as it was."""
+    whole = fit.solution
+    numbers = zip(whole.shape.terms, split(whole.shape.terms, whole.point.terms), strict=True)
+    rest = [(term, own) for term, own in numbers if term is not member]
+    shape = replace(whole.shape, terms=tuple(term for term, _ in rest))
+    point = replace(whole.point, terms=np.concatenate([np.zeros(0), *(own for _, own in rest)]))
+    left_over = tuple(term for term in fit.terms if term is not member)
+    return replace(fit, terms=left_over, solution=replace(whole, shape=shape, point=point))
 
 
 def _stateless(found: Solution) -> Solution:

@@ -9,9 +9,11 @@ from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, rivals, stands
 from thrustd.diagnose.search.floor import at_floor, mostly
-from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of
+from thrustd.diagnose.search.grow import joined, seen_beside
+from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
+from thrustd.diagnose.search.screen import leading
 from thrustd.diagnose.search.told import disputed
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
@@ -20,19 +22,21 @@ from thrustd.model.effects import laws_like
 from thrustd.model.stage import DEFORMATION
 
 
-def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) -> Ranked:
+def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) -> tuple[Ranked, list[Joint]]:
     """With the best set's laws plain, and without an effect that other laws or starts say may as well be nothing.
 
-    What remains has to explain most of what is unexplained, or nothing is named.
+    What remains has to explain most of what is unexplained, or nothing is named. Beside it the same effects otherwise.
     """
     best, fits = plain(base, records, ranked.best, rig), list(ranked.fits)
     while True:
-        fits += elsewhere(base, records, best, rig)
+        moved = elsewhere(base, records, best, rig)
+        fits += moved
         words = disputed(best, rivals(best, fits))
         if not words:
             real = mostly(ranked.nothing, best, base) or eased(ranked.nothing, best)
             best = best if real else ranked.nothing
-            return replace(ranked, best=best, fits=tuple(fits))
+            otherwise = [*moved, *by_other_laws(base, records, best, rig, fits)] if real else []
+            return replace(ranked, best=best, fits=tuple(fits)), otherwise
         fewer = joint_fit(base, records, [term for term in best.terms if term.effect.word not in words])
         best = fewer if stands(ranked.nothing, fewer) else ranked.nothing
 
@@ -79,6 +83,34 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
     return found
 
 
+def by_other_laws(base: Base, records: Sequence[Record], best: Joint, rig: Rig, tried: Sequence[Joint]) -> list[Joint]:
+    """Each effect by the other law of its word that says most in its place, whatever the search came by."""
+    found = []
+    for term in best.terms:
+        rest = without(best, term)
+        laws = [one for law in _judgeable(term, records) if law != term.effect for one in terms_of(law, rig)]
+        for one in leading(seen_beside(base, rest, laws, ()), most=1):
+            names = sorted((one.term.effect.name, *(other.effect.name for other in rest.terms)))
+            same = [fit for fit in tried if sorted(each.effect.name for each in fit.terms) == names]
+            found.append(min(same, key=lambda fit: fit.mse) if same else joined(base, records, rest, one))
+    return found
+
+
+def close_by(
+    base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, within: float, rig: Rig
+) -> list[Joint]:
+    """Sets that may leave as little within a margin and that the search had no cause to estimate.
+
+    Beside one effect every other that looks so; beside several those without a member, by other laws of the rest.
+    """
+    if len(best.terms) == 1:
+        tried = {fit.words for fit in ranked.fits}
+        looked = {one.term.effect.word: one for one in reversed(ranked.looked) if one.leaves < best.mse + within}
+        return [joined(base, records, ranked.nothing, one) for word, one in looked.items() if (word,) not in tried]
+    rests = [without(best, term) for term in best.terms]
+    return [fit for rest in rests for fit in by_other_laws(base, records, rest, rig, ranked.fits)]
+
+
 def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:
     """Other starts of its shapes that these data do not tell."""
     loose = [p.name for p, one in zip(term.free, std, strict=True) if not p.amplitude and one >= PRIOR]
@@ -100,10 +132,15 @@ def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
 
 def _richer(term: Term, records: Sequence[Record]) -> list[Effect]:
     """Laws of the same word with all of its parameters and more that these records can judge, fewest more first."""
-    mine, there = {p.name for p in term.effect.parameters}, set[str]().union(*(one.channels for one in records))
-    able = [law for law in laws_like(term.effect) if set(law.channels) - {DEFORMATION} <= there]
-    more = [law for law in able if {p.name for p in law.parameters} > mine]
+    mine = {p.name for p in term.effect.parameters}
+    more = [law for law in _judgeable(term, records) if {p.name for p in law.parameters} > mine]
     return sorted(more, key=lambda law: len(law.parameters))
+
+
+def _judgeable(term: Term, records: Sequence[Record]) -> list[Effect]:
+    """Laws of the same word whose channels are there."""
+    there = {DEFORMATION}.union(*(one.channels for one in records))
+    return [law for law in laws_like(term.effect) if set(law.channels) <= there]
 
 
 def _simpler(term: Term) -> Iterator[Effect]:

@@ -8,22 +8,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import eased, gained, simplest, stands
+from thrustd.diagnose.search.better import LAW, eased, gained, simplest, stands
 from thrustd.diagnose.search.floor import at_floor, before, floor_of, left
 from thrustd.diagnose.search.grow import grown, hopeful, joined, seen_beside, unheard
-from thrustd.diagnose.search.joint import Joint, unmoved
+from thrustd.diagnose.search.joint import Joint, unmoved, without
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import TRIED, Looked, Table, leading, probed, screened, table_of
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.terms import Term, split
+from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
 
 MOST = 3  # effects in a set
 BEAM = 2  # sets carried on
-LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,22 +158,11 @@ def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, 
     from what the found set leaves to a member, the core and other members as the set has them, its rivals come first.
     """
     tried, found = {_laws(fit.terms) for fit in fits}, []
-    for rest in [_without(best, member) for member in best.terms]:
+    for rest in [without(best, member) for member in best.terms]:
         seen = leading(seen_beside(base, rest, looks.terms, best.words))
         new = [one for one in seen if _laws((*rest.terms, one.term)) not in tried]
         found += [joined(base, records, rest, one) for one in hopeful(base, new, None, [best])]
     return found
-
-
-def _without(fit: Joint, member: Term) -> Joint:
-    """As if one of its effects were neutral, all else as it was."""
-    whole = fit.solution
-    numbers = zip(whole.shape.terms, split(whole.shape.terms, whole.point.terms), strict=True)
-    rest = [(term, own) for term, own in numbers if term is not member]
-    shape = replace(whole.shape, terms=tuple(term for term, _ in rest))
-    point = replace(whole.point, terms=np.concatenate([np.zeros(0), *(own for _, own in rest)]))
-    left_over = tuple(term for term in fit.terms if term is not member)
-    return replace(fit, terms=left_over, solution=replace(whole, shape=shape, point=point))
 
 
 def _laws(terms: Sequence[Term]) -> frozenset[str]:

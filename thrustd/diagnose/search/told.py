@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from thrustd.core.measures import SIGMAS_95, rms
+from thrustd.core.columns import Floats
+from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.base import Base, is_nuisance
-from thrustd.diagnose.search.joint import Joint
+from thrustd.diagnose.search.floor import EXACTLY
+from thrustd.diagnose.search.joint import Joint, without
 from thrustd.diagnose.search.spectra import many_words, together
+from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.shape import SPECTRUM
 from thrustd.identify.regression.terms import Term, split
 from thrustd.model.artifact import EffectSpec
-from thrustd.model.effect import Parameter
 from thrustd.model.effects import effect_named
 
 NEGATIVE = "negative: "  # in the meaning of a parameter: what it is then
@@ -106,15 +108,41 @@ def specs_of(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     return [(term, EffectSpec(term.effect.name, term.values(v), term.sigma(v, sigma))) for term, v, sigma in told]
 
 
-def estimates_of(base: Base, fit: Joint, rivals: Sequence[Joint] = ()) -> list[ParameterEstimate]:
+Likely = Sequence[tuple[Joint, float]]  # fits, and how likely each is beside the best
+
+
+def estimates_of(base: Base, fit: Joint, rivals: Likely = ()) -> list[ParameterEstimate]:
     """The numbers of the new effects; elements of friction that carry nothing are left out.
 
-    rivals: fits of the same effects by other laws or from other starts, which the data do not tell from this one. What
-    these disagree by is part of what is not known of an amplitude, as if every one were as likely (Draper, J. R. Stat.
-    Soc. B 57 (1995) 45).
+    rivals: fits of the same effects by other laws or from other starts, which the data hardly tell from this one. What
+    these disagree by is part of what is not known of an amplitude (Draper, J. R. Stat. Soc. B 57 (1995) 45). A number
+    means what its law says: another law is asked how much it does of what this one does.
     """
-    others = [{term.effect.word: spec.parameters for term, spec in _new(base, rival)} for rival in rivals]
-    return [line for term, spec in _new(base, fit) for line in lines_of(base, term, spec, others)]
+    found: list[ParameterEstimate] = []
+    for term, spec in _new(base, fit):
+        others = [(_disagreed(base, fit, rival, term, spec), share) for rival, share in rivals]
+        found += lines_of(base, term, spec, others)
+    return found
+
+
+def _disagreed(base: Base, fit: Joint, rival: Joint, term: Term, spec: EffectSpec) -> dict[str, float]:
+    """By how much a rival has other amplitudes of one effect."""
+    own = spec.parameters
+    other, theirs = next((t, s.parameters) for t, s in _new(base, rival) if t.effect.word == term.effect.word)
+    if other.effect.name == term.effect.name:
+        return {name: theirs[name] - own[name] for name in own}
+    does, instead = _does(fit, term), _does(rival, other)
+    share = float(does @ instead) / max(float(does @ does), EXACTLY) - 1.0
+    return {p.name: share * (own[p.name] - p.neutral) for p in term.free}
+
+
+def _does(fit: Joint, term: Term) -> Floats:
+    """What a term makes of the force (n,) of all records: what a law bears like a spring beside it, a core may bear."""
+    out, rest = (
+        [simulate(one.solution.shape, one.solution.point, record) for record in fit.records]
+        for one in (fit, without(fit, term))
+    )
+    return np.concatenate(out) - np.concatenate(rest)
 
 
 def as_told(effects: Sequence[EffectSpec], numbers: Sequence[ParameterEstimate]) -> list[EffectSpec]:
@@ -137,7 +165,7 @@ def disputed(fit: Joint, rivals: Sequence[Joint]) -> set[str]:
     }
 
 
-def unsized(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
+def unsized(base: Base, fit: Joint, rivals: Likely) -> set[str]:
     """Effects of whose size the intervals, as they are printed, say that it may be nothing."""
     half = {(n.effect, n.name): n.half_width for n in estimates_of(base, fit, rivals)}
     found = set()
@@ -149,20 +177,14 @@ def unsized(base: Base, fit: Joint, rivals: Sequence[Joint]) -> set[str]:
     return found
 
 
-def _apart(p: Parameter, spec: EffectSpec, others: Sequence[Mapping[str, Mapping[str, float]]], word: str) -> float:
-    """What other fits of an effect disagree by about one of its parameters, rms."""
-    told = [other[word][p.name] for other in others if p.name in other.get(word, {})]
-    return rms(np.array(told) - spec.parameters[p.name]) if told else 0.0
-
-
 def _new(base: Base, fit: Joint) -> list[tuple[Term, EffectSpec]]:
     return specs_of(base, fit)[sum(not is_nuisance(term) for term in base.shape.terms) :]
 
 
 def lines_of(
-    base: Base, term: Term, spec: EffectSpec, others: Sequence[Mapping[str, Mapping[str, float]]] = ()
+    base: Base, term: Term, spec: EffectSpec, others: Sequence[tuple[Mapping[str, float], float]] = ()
 ) -> Sequence[ParameterEstimate]:
-    """The numbers of one effect; `others`: what other fits say of every effect."""
+    """The numbers of one effect; `others`: by how much other fits have others, and how likely these are."""
     lines = []
     many = sum(p.amplitude for p in term.free) > 2
     for p in term.free:
@@ -174,7 +196,8 @@ def lines_of(
         if p.amplitude and p.unit not in UNSCALED:  # measured by a transducer whose scale is known so well
             std = float(np.hypot(std, base.calibration * value))
         if p.amplitude:
-            std = float(np.hypot(std, _apart(p, spec, others, term.effect.word)))
+            apart = max((share**0.5 * abs(away.get(p.name, 0.0)) for away, share in others), default=0.0)
+            std = float(np.hypot(std, apart))
         unit, expected = base.roles.measured_in(p.unit), p.expected if base.ours else ""
         side = p.meaning.partition(NEGATIVE)[2] if value < 0.0 else ""
         lines.append(ParameterEstimate(term.effect.word, p.name, value, std, unit, expected, bound, side))
