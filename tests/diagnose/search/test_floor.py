@@ -10,7 +10,6 @@ from thrustd.core.measures import rms
 from thrustd.diagnose.search.base import plateau
 from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
-from thrustd.diagnose.search.diagnose import Verdict, grade_of
 from thrustd.diagnose.search.floor import (
     at_floor,
     far_above,
@@ -24,6 +23,7 @@ from thrustd.diagnose.search.floor import (
 )
 from thrustd.diagnose.search.sets import advanced
 from thrustd.diagnose.search.unexplained import unexplained
+from thrustd.diagnose.search.verdict import Verdict, grade_of
 from thrustd.identify.segments import segments_of
 from thrustd.records.recording import make_recording
 

@@ -10,7 +10,7 @@ one of these leaves less than every known law, the verdict is `unknown`.
 
 import shlex
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import WORTH, another, borrowed, clearest, likely, look_alikes, margin, stands
+from thrustd.diagnose.search.better import WORTH, likely, look_alikes, margin, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
-from thrustd.diagnose.search.curves import Followed, followed, nearly
+from thrustd.diagnose.search.curves import nearly
 from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
@@ -33,41 +33,25 @@ from thrustd.diagnose.search.floor import (
     floor_of,
     left,
     noise_of,
-    only_noise,
-    shows,
     signed,
-    usual,
 )
 from thrustd.diagnose.search.joint import Joint, told
-from thrustd.diagnose.search.library import curve_sigma, laws
+from thrustd.diagnose.search.library import laws
 from thrustd.diagnose.search.plain import close_by, undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.reading import searched
-from thrustd.diagnose.search.screen import Looked, table_of
-from thrustd.diagnose.search.told import Likely, estimates_of, unsized
+from thrustd.diagnose.search.screen import Looked
+from thrustd.diagnose.search.told import estimates_of
 from thrustd.diagnose.search.unexplained import unexplained
+from thrustd.diagnose.search.verdict import Verdict, grade_of, judge, more_left
 from thrustd.identify.regression.friction import GROWS
 from thrustd.identify.regression.record import Record
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named, shelf
-from thrustd.model.modulated import BY
 from thrustd.records.offer import advised
 from thrustd.records.recording import Recording
-
-FOLLOWS = 0.5  # of what is left above the floor: a curve that removes as much says where it comes from
-OUTDOES = 0.8  # of what the best set leaves above the floor: one free curve leaves less, and the law is another
-FAINT = 0.1  # of the floor squared: less above it is not looked into
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    words: tuple[str, ...]
-    fit: Joint
-    channels: tuple[Followed, ...]  # what the rest follows, best first
-    alike: tuple[str, ...] = ()  # sets that are not told from it
-    rivals: Likely = ()  # the same effects by other laws or from other starts
 
 
 @one_thread()
@@ -146,26 +130,6 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
     return ranked, replace(verdict, fit=best)
 
 
-def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
-    """The best set, `none`, or `unknown` where one free curve does better than every law and moves no core instead."""
-    best, floor = ranked.best, floor_of(ranked.best, base) ** 2
-    laws = [term.effect for term in best.terms if BY not in term.effect.name]
-    curves = [c for c in another(ranked.curves, [set(law.channels) for law in laws]) if not borrowed(c, best)]
-    several = len(best.terms) > 1 or (best.terms and not laws)
-    alone = [c for c in curves if c.mse <= best.mse]
-    if several and alone:  # one curve instead of several laws, or of one in proportion to it
-        return Verdict(("unknown",), ranked.nothing, clearest(alone))
-    if at_floor(best, base) or (not best.terms and left(best, base) <= usual(best, base)):
-        return Verdict(best.words or ("none",), best, ())
-    above, table = left(best, base) - floor, table_of(base, best)
-    rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
-    strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
-    much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
-    if (not best.terms and shows(best, base)) or (much and (strange or (not best.terms and rest))):
-        return Verdict(("unknown",), ranked.nothing, clearest(strange or rest))
-    return Verdict(best.words or ("none",), best, clearest(rest))
-
-
 def _report(
     name: str,
     question: Question,
@@ -195,25 +159,6 @@ def _report(
         base.roles.unit,
         noise_n=scale * noise_of(verdict.fit, base),
     )
-
-
-def grade_of(base: Base, verdict: Verdict) -> str:
-    """strong: no other set, nor channel, comes near; cannot be told: another does as well; weak: more is left.
-
-    Or the size of an effect may be nothing.
-    """
-    said = verdict.channels if verdict.words == ("unknown",) else ()
-    if verdict.alike or any(not set(one.parts) & set(said[0].parts) and nearly(said[0], one) for one in said[1:]):
-        return "cannot be told"
-    sized = not verdict.fit.terms or not unsized(base, verdict.fit, verdict.rivals)
-    alone = sized and only_noise(verdict.fit, base) and not more_left(base, verdict)
-    return "strong" if said or alone else "weak"
-
-
-def more_left(base: Base, verdict: Verdict) -> bool:
-    """Whether something else is missing too: the rest follows a channel, is much, or no effect was said to leave it."""
-    nothing = verdict.words == ("none",) and not at_floor(verdict.fit, base)
-    return bool(verdict.channels) or nothing or shows(verdict.fit, base)
 
 
 def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateReport]:
