@@ -26,18 +26,7 @@ from thrustd.diagnose.search.curves import Followed, followed, nearly
 from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import (
-    at_floor,
-    before,
-    far_above,
-    floor_of,
-    left,
-    noise_of,
-    only_noise,
-    shows,
-    signed,
-    usual,
-)
+from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, only_noise, shows, signed, usual
 from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.library import curve_sigma, laws
 from thrustd.diagnose.search.plain import alike, undisputed
@@ -193,7 +182,7 @@ def _report(
         more_left(base, verdict),
         explained(question, ranked) if beside else None,
         base.roles.unit,
-        noise_n=scale * noise_of(verdict.fit, base),
+        noise_n=scale * floor_of(verdict.fit, replace(base, least=0.0)),
     )
 
 
