@@ -26,7 +26,7 @@ from thrustd.diagnose.search.curves import Followed, followed, nearly
 from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import at_floor, before, far_above, floor_of, left, only_noise, shows, signed, usual
+from thrustd.diagnose.search.floor import at_floor, before, floor_of, left, only_noise, shows, signed, something, usual
 from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.library import curve_sigma, laws
 from thrustd.diagnose.search.plain import alike, undisputed
@@ -130,7 +130,7 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
     nothing = told(base, rows, ranked.nothing)
     ranked = replace(ranked, nothing=nothing)
     best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
-    if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
+    if not stands(nothing, best) and not something(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
     return ranked, replace(verdict, fit=best)
 
@@ -150,7 +150,7 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
     strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
-    if (not best.terms and shows(best, base)) or (much and (strange or (not best.terms and rest))):
+    if (not best.terms and something(best, base)) or (much and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, clearest(strange or rest))
     return Verdict(best.words or ("none",), best, clearest(rest))
 
