@@ -20,24 +20,16 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.newtons import newtons
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import WORTH, likely, look_alikes, margin, stands
+from thrustd.diagnose.search.better import WORTH, likely, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import nearly
 from thrustd.diagnose.search.dependence import dependences
 from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
-from thrustd.diagnose.search.floor import (
-    at_floor,
-    before,
-    far_above,
-    floor_of,
-    left,
-    noise_of,
-    signed,
-)
+from thrustd.diagnose.search.floor import at_floor, before, floor_of, left, signed, something
 from thrustd.diagnose.search.joint import Joint, told
 from thrustd.diagnose.search.library import laws
-from thrustd.diagnose.search.plain import close_by, undisputed
+from thrustd.diagnose.search.plain import alike, undisputed
 from thrustd.diagnose.search.question import NOTHING, Given, Question, asked, asked_for
 from thrustd.diagnose.search.ranking import Ranked, curve_says_it, rank
 from thrustd.diagnose.search.reading import searched
@@ -109,14 +101,14 @@ def _searched(
     )
     ranked, otherwise = undisputed(known, rows, ranked, question.rig)
     if not at_floor(ranked.best, known):
-        free = min([unexplained(ranked.best), *(curve.mse**0.5 for curve in ranked.curves)])
+        best = left(ranked.best, known) ** 0.5  # a reference that leaves more than the model is none
+        free = min([best, unexplained(ranked.best), *(curve.mse**0.5 for curve in ranked.curves)])
         base = replace(base, least=float(np.hypot(free, known.tremble**0.5)))
         known = replace(known, least=free)
     verdict = judge(known, rows, ranked)
     if verdict.fit.terms:
-        best, within = verdict.fit, margin(ranked.nothing, verdict.fit, before(ranked.nothing, known))
-        others = [*ranked.fits, *close_by(known, rows, ranked, best, within, question.rig)]
-        verdict = replace(verdict, alike=look_alikes(best, others, within), rivals=likely(best, otherwise))
+        others = alike(known, rows, ranked, verdict.fit, question.rig)
+        verdict = replace(verdict, alike=others, rivals=likely(verdict.fit, otherwise))
     return replace(question, base=base), ranked, verdict
 
 
@@ -125,7 +117,7 @@ def _told(base: Base, rows: Sequence[Record], ranked: Ranked, verdict: Verdict) 
     nothing = told(base, rows, ranked.nothing)
     ranked = replace(ranked, nothing=nothing)
     best = told(base, rows, verdict.fit) if verdict.fit.terms else nothing
-    if not stands(nothing, best) and not far_above(nothing, base):  # what few samples seemed to say
+    if not stands(nothing, best) and not something(nothing, base):  # what few samples seemed to say
         return ranked, Verdict(("none",), nothing, ())
     return ranked, replace(verdict, fit=best)
 
@@ -157,7 +149,7 @@ def _report(
         more_left(base, verdict),
         explained(question, ranked) if beside else None,
         base.roles.unit,
-        noise_n=scale * noise_of(verdict.fit, base),
+        noise_n=scale * floor_of(verdict.fit, replace(base, least=0.0)),
     )
 
 

@@ -42,6 +42,12 @@ def shows(fit: Joint, base: Base) -> bool:
     return over(left(fit, base), fit, base) > SHOWS
 
 
+def something(fit: Joint, base: Base) -> bool:
+    """Whether much more than noise is left, or more that a free function of the motion explains (`Base.least`)."""
+    explained = left(fit, base) + base.tremble > SHOWS**2 * (base.least**2 + base.tremble)
+    return far_above(fit, base) or (explained and shows(fit, base))
+
+
 def over(mse: float, fit: Joint, base: Base) -> float:
     """So much left, over what nothing could go below beside this fit, as rms."""
     return float(np.sqrt((mse + base.tremble) / max(floor_of(fit, base) ** 2 + base.tremble, EXACTLY)))

@@ -1,5 +1,6 @@
 """The laws of a set with as few shapes as the data tell, and where shapes that they do not tell could be instead."""
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -7,9 +8,9 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import eased, gained, rivals, stands
-from thrustd.diagnose.search.floor import at_floor, mostly
-from thrustd.diagnose.search.grow import joined, seen_beside
+from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands
+from thrustd.diagnose.search.floor import at_floor, before, mostly
+from thrustd.diagnose.search.grow import hopeful, joined, seen_beside
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
@@ -89,26 +90,25 @@ def by_other_laws(base: Base, records: Sequence[Record], best: Joint, rig: Rig, 
     for term in best.terms:
         rest = without(best, term)
         laws = [one for law in _judgeable(term, records) if law != term.effect for one in terms_of(law, rig)]
-        for one in leading(seen_beside(base, rest, laws, ()), most=1):
+        for one in hopeful(base, leading(seen_beside(base, rest, laws, ()), most=1), None, [best]):
             names = sorted((one.term.effect.name, *(other.effect.name for other in rest.terms)))
             same = [fit for fit in tried if sorted(each.effect.name for each in fit.terms) == names]
             found.append(min(same, key=lambda fit: fit.mse) if same else joined(base, records, rest, one))
     return found
 
 
-def close_by(
-    base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, within: float, rig: Rig
-) -> list[Joint]:
-    """Sets that may leave as little within a margin and that the search had no cause to estimate.
+def alike(base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, rig: Rig) -> tuple[str, ...]:
+    """Sets that these records do not tell from the best, whether or not the search had cause to estimate them.
 
     Beside one effect every other that looks so; beside several those without a member, by other laws of the rest.
     """
-    if len(best.terms) == 1:
-        tried = {fit.words for fit in ranked.fits}
-        looked = {one.term.effect.word: one for one in reversed(ranked.looked) if one.leaves < best.mse + within}
-        return [joined(base, records, ranked.nothing, one) for word, one in looked.items() if (word,) not in tried]
-    rests = [without(best, term) for term in best.terms]
-    return [fit for rest in rests for fit in by_other_laws(base, records, rest, rig, ranked.fits)]
+    within = margin(ranked.nothing, best, before(ranked.nothing, base))
+    if len(best.terms) > 1:
+        fewer = [by_other_laws(base, records, without(best, term), rig, ranked.fits) for term in best.terms]
+        return look_alikes(best, [*ranked.fits, *itertools.chain(*fewer)], within)
+    tried = {word for fit in ranked.fits if len(fit.terms) == 1 for word in fit.words}
+    seen = [one.term.effect.word for one in ranked.looked if one.leaves < best.mse + within]
+    return look_alikes(best, ranked.fits, within) + tuple(dict.fromkeys(word for word in seen if word not in tried))
 
 
 def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:
