@@ -55,7 +55,7 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
 
 
 def test_what_no_function_of_the_motion_explains_is_the_floor_as_far_as_nothing_less_was_promised():
-    rough = SimpleNamespace(promised=50.0, own_mse=np.inf, own_plateau=np.inf, least=8.0, tremble=0.0)
+    rough = SimpleNamespace(promised=50.0, own_mse=np.inf, as_is_mse=np.inf, own_plateau=np.inf, least=8.0, tremble=0.0)
     assert floor_of(fit(9.0), rough) == 8.0 and noise_of(fit(9.0), rough) == 1.0
     assert grade_of(rough, Verdict(("none",), fit(8.1, ()), ())) == "weak"  # nothing to be found, and no noise either
     assert floor_of(fit(9.0), SimpleNamespace(promised=2.0, own_plateau=np.inf, least=8.0)) == 2.0

@@ -18,7 +18,7 @@ from thrustd.diagnose.search.library import rig_of, terms_of
 from thrustd.diagnose.search.question import NOTHING, asked
 from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
-from thrustd.diagnose.search.sets import exchanged, look
+from thrustd.diagnose.search.sets import exchanged, look, otherwise
 from thrustd.identify.regression.friction import play_of
 from thrustd.identify.regression.posterior import point_of
 from thrustd.identify.regression.sweep import normal_equations
@@ -178,6 +178,23 @@ def test_what_could_stand_in_a_members_place_is_tried_before_it_is_named(identif
     assert set(best.words) == {"sensor_drift", "axial_inertia"}
     assert best.mse < 0.8 * found.mse
     assert not exchanged(base, rows, looks, found, [nothing, found, *rivals])
+
+
+def test_the_laws_of_an_effect_are_tried_where_one_of_them_ended(identified):
+    """From its own starts Bouc-Wen's ended at 40 N where Dahl's left 17 and itself, begun there, 13."""
+    rubs = record(
+        [EffectSpec("hysteresis_bouc_wen", {"friction_n": 120.0, "yield_mm": 0.02, "gamma": 0.3, "exponent": 1.6})]
+    )
+    question = asked(identified(7), [rubs], NOTHING)
+    base, rows, rig = question.base, question.rows, question.rig
+    effects = [effect_named(name) for name in ("hysteresis_dahl", "hysteresis_bouc_wen", "hysteresis", "creep")]
+    nothing = joint_fit(base, rows, ())
+    looks, dahl = look(base, rows, nothing, effects, rig), joint_fit(base, rows, (next(terms_of(effects[0], rig)),))
+    found = {fit.terms[0].effect.name: fit for fit in otherwise(base, rows, looks, dahl)}
+    assert "hysteresis_bouc_wen" in found and not {"hysteresis_dahl", "creep"} & set(found)
+    assert found["hysteresis_bouc_wen"].mse < dahl.mse
+    yields = dahl.terms[0].values(dahl.solution.point.terms[base.shape.sizes["terms"] :])["yield_mm"]
+    assert all(fit.terms[0].fixed["yield_mm"] == pytest.approx(yields) for fit in found.values())
 
 
 def test_what_lags_may_remember_when_a_record_begins_goes_with_the_load_there(identified):

@@ -6,7 +6,6 @@ from collections.abc import Set as AbstractSet
 import numpy as np
 
 from thrustd.core.columns import Floats
-from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.curves import NEAR, Followed, nearly
 from thrustd.diagnose.search.floor import EXACTLY, MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
@@ -135,7 +134,7 @@ def margin(nothing: Joint, best: Joint, before: float) -> float:
     No law holds better than to LAW of what it explains, and what it misses by may be what the other law has. By chance
     that is the less likely the more ways these records try it in: every one is a trial (`ways`).
     """
-    return SIGMAS_95**2 * LAW * max(before - best.mse, 0.0) / ways(nothing, best)
+    return LAW * max(before - best.mse, 0.0) / ways(nothing, best)
 
 
 def ways(nothing: Joint, best: Joint) -> float:

@@ -1,6 +1,7 @@
 """One effect more: the linear look at every other one beside a set, and the set with it, estimated whole."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,6 +40,18 @@ def begin_of(base: Base, member: Joint, one: Looked) -> Floats:
 def begin_at(term: Term) -> list[float]:
     """Nearly neutral amplitudes, a tenth of typical, and shapes at their starts."""
     return [min(BEGIN, 0.1 * abs(p.starts[0]) / term.std[p.name]) if p.amplitude else 0.0 for p in term.free]
+
+
+def begun_like(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
+    """A term whose shapes begin where another law of the same names ended, and its numbers there."""
+    shapes = [p for p in term.effect.parameters if p.estimate and not p.amplitude and p.spread == 0.0]
+    here = {p.name: values[p.name] for p in shapes if p.name in values}
+    begun, start = replace(term, fixed={**term.fixed, **here}), []
+    neutral = begun.values(np.zeros(len(begun.free)))
+    for p in begun.free:
+        away = values.get(p.name, neutral[p.name]) - neutral[p.name]
+        start.append(away / (begun.std.get(p.name) or p.spread) if p.name not in here and away else 0.0)
+    return begun, np.array(start)
 
 
 def unheard(looked: Iterable[Looked], tried: Sequence[Joint]) -> list[Looked]:

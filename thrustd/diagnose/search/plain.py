@@ -1,7 +1,7 @@
 """The laws of a set with as few shapes as the data tell, and where shapes that they do not tell could be instead."""
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands
 from thrustd.diagnose.search.floor import at_floor, before, mostly
-from thrustd.diagnose.search.grow import hopeful, joined, seen_beside
+from thrustd.diagnose.search.grow import begun_like, hopeful, joined, seen_beside
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
@@ -51,7 +51,7 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
 
     def instead(i: int, law: Effect) -> Joint:
         begun = split(best.terms, best.solution.point.terms[base.shape.sizes["terms"] :])
-        other, start = _begun(next(terms_of(law, rig)), best.terms[i].values(begun[i]))
+        other, start = begun_like(next(terms_of(law, rig)), best.terms[i].values(begun[i]))
         terms = (*best.terms[:i], other, *best.terms[i + 1 :])
         return joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best)
 
@@ -116,18 +116,6 @@ def _unknown(term: Term, std: Floats, rig: Rig) -> list[tuple[str, float]]:
     loose = [p.name for p, one in zip(term.free, std, strict=True) if not p.amplitude and one >= PRIOR]
     found = [(name, other.fixed[name]) for other in terms_of(term.effect, rig) for name in loose]
     return [one for one in dict.fromkeys(found) if one[1] != term.fixed[one[0]]]
-
-
-def _begun(term: Term, values: Mapping[str, float]) -> tuple[Term, Floats]:
-    """A term whose shapes begin where another law of the same names ended, and its numbers there."""
-    shapes = [p for p in term.effect.parameters if p.estimate and not p.amplitude and p.spread == 0.0]
-    here = {p.name: values[p.name] for p in shapes if p.name in values}
-    begun, start = replace(term, fixed={**term.fixed, **here}), []
-    neutral = begun.values(np.zeros(len(begun.free)))
-    for p in begun.free:
-        away = values.get(p.name, neutral[p.name]) - neutral[p.name]
-        start.append(away / (begun.std.get(p.name) or p.spread) if p.name not in here and away else 0.0)
-    return begun, np.array(start)
 
 
 def _richer(term: Term, records: Sequence[Record]) -> list[Effect]:

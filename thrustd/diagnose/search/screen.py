@@ -6,7 +6,7 @@ is judged by what it explains that the core cannot absorb under its prior, on bl
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -181,6 +181,15 @@ def leading(looked: Sequence[Looked], least: float = SAYS, most: int = 2 * TRIED
     return [law for law in laws.values() if law in [*first, *further[: most - len(first)]]]
 
 
+def singles(looked: Sequence[Looked], probes: Sequence[Probe]) -> list[Probe]:
+    """The best law of each effect."""
+    found: dict[str, Term] = {}
+    for one in looked:
+        found.setdefault(one.term.effect.word, one.term)
+    best = {id(term) for term in found.values()}
+    return [probe for probe in probes if id(probe.term) in best]
+
+
 def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[Looked]:
     """These laws, which act on the force, in proportion to every channel; best first. One run a law."""
     plain, before = plain_parts(table), table.mse()
@@ -194,6 +203,23 @@ def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[L
                 mse = table.squares(np.concatenate(thin), positive)
                 found.append(Looked(term, mse, before, table.averaged))
     return sorted(found, key=lambda looked: looked.mse)
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """Two candidates together, linearised."""
+
+    terms: tuple[Term, Term]
+    removes: float  # share of the squared error on held-back blocks
+
+
+def screened_pairs(table: Table, probes: Sequence[Probe]) -> list[Pair]:
+    """Best first."""
+    before, found = table.mse(), []
+    for one, other in combinations(probes, 2):
+        columns, positive = np.column_stack((one.columns, other.columns)), (*one.positive, *other.positive)
+        found.append(Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before))
+    return sorted(found, key=lambda pair: -pair.removes)
 
 
 Parts = list[tuple[Floats, Floats]]  # per record, at its known samples: what the core gives, and what lies beside it

@@ -8,13 +8,27 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import LAW, eased, gained, simplest, stands
 from thrustd.diagnose.search.floor import at_floor, before, floor_of, left
-from thrustd.diagnose.search.grow import grown, hopeful, joined, seen_beside, unheard
-from thrustd.diagnose.search.joint import Joint, unmoved, without
+from thrustd.diagnose.search.grow import begin_at, begun_like, grown, hopeful, joined, seen_beside, unheard
+from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved, without
 from thrustd.diagnose.search.library import Rig, laws, terms_of
-from thrustd.diagnose.search.screen import TRIED, Looked, Table, leading, probed, screened, table_of
+from thrustd.diagnose.search.screen import (
+    SAYS,
+    TRIED,
+    Looked,
+    Probe,
+    Table,
+    leading,
+    probed,
+    screened,
+    screened_pairs,
+    singles,
+    table_of,
+)
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
@@ -30,6 +44,7 @@ class Looks:
     nothing: Joint
     table: Table
     looked: list[Looked]
+    probes: list[Probe]
     terms: list[Term]
     worth: float  # of the mean square beside the moved core that the best law removes
 
@@ -48,7 +63,7 @@ def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequenc
     seen = [*moved, *(replace(one, before=max(one.before, left_mse) if base.benched else left_mse) for one in still)]
     clearest = {id(one.term): one for one in sorted(seen, key=lambda one: one.removes)}
     looked = sorted(clearest.values(), key=lambda one: -one.removes)
-    return Looks(nothing, table, looked, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
+    return Looks(nothing, table, looked, probes, terms, max((left_mse - one.mse for one in moved[:1]), default=0.0))
 
 
 def sets_grown(
@@ -71,11 +86,18 @@ def sets_grown(
         larger = grown_from(base, records, looks, best, beam, partial(tell, size), laws)
         fits += larger
         best, beam = advanced(base, looks.nothing, best, larger)
+        if len(best.terms) == 1 and size == 0 and not at_floor(best, base):  # the second is beside its best law
+            others = otherwise(base, records, looks, best)
+            fits += others
+            best, beam = advanced(base, looks.nothing, looks.nothing, [*larger, *others])
         if not beam or (size == 0 and said(larger, best)):
             return best, fits
     least = min(fits, key=lambda fit: fit.mse, default=best)
     if len(least.terms) > 1 and room(base, looks.nothing, best):  # one of its members may be in the true one's place
-        rivals = exchanged(base, records, looks, least, fits)
+        tried = [{*map(id, fit.terms)} for fit in fits]
+        rests = [without(least, member).terms for member in least.terms]
+        rivals = [joint_fit(base, records, rest) for rest in rests if {*map(id, rest)} not in tried]
+        rivals += exchanged(base, records, looks, least, fits)
         best, _ = advanced(base, looks.nothing, best, rivals)
         fits += rivals
     return best, fits
@@ -101,6 +123,11 @@ def grown_from(
         if any(stands(best, fit) for fit in own):
             own += [grown(base, records, member, one) for one in unheard(seen, own)]
         found += own
+    if not best.terms and not any(stands(best, fit) for fit in found):  # two that hide each other show in no single
+        pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
+        for terms in [pair.terms for pair in pairs if pair.removes > SAYS][:1]:
+            start = np.concatenate([begin_at(term) for term in terms])
+            found.append(joint_fit(base, records, terms, start))
     return found
 
 
@@ -149,6 +176,14 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     order = sorted(fits, key=lambda fit: (fit is not best, fit.mse))
     apart = [fit for fit in order if set(fit.words) != set(order[0].words)]
     return [*order[:BEAM], *(fit for fit in apart[:1] if not any(fit is one for one in order[:BEAM]))]
+
+
+def otherwise(base: Base, records: Sequence[Record], looks: Looks, best: Joint) -> list[Joint]:
+    """A single effect by its other laws, each begun where this one ended: from its own starts it may end elsewhere."""
+    [known], mine = best.terms, best.solution.point.terms[base.shape.sizes["terms"] :]
+    first = {term.effect.name: term for term in reversed(looks.terms) if term.effect.word == known.effect.word}
+    begun = [begun_like(term, known.values(mine)) for name, term in first.items() if name != known.effect.name]
+    return [joint_fit(base, records, (term,), start, best) for term, start in begun]
 
 
 def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, fits: Sequence[Joint]) -> list[Joint]:
