@@ -134,7 +134,7 @@ def margin(nothing: Joint, best: Joint, before: float) -> float:
     No law holds better than to LAW of what it explains, and what it misses by may be what the other law has. By chance
     that is the less likely the more ways these records try it in: every one is a trial (`ways`).
     """
-    return LAW * max(before - best.mse, 0.0) / ways(nothing, best)
+    return SIGMAS_95**2 * LAW * max(before - best.mse, 0.0) / ways(nothing, best)
 
 
 def ways(nothing: Joint, best: Joint) -> float:
