@@ -5,8 +5,8 @@ from collections.abc import Set as AbstractSet
 
 import numpy as np
 
-from thrustd.core.measures import SIGMAS_95
 from thrustd.core.columns import Floats
+from thrustd.core.measures import SIGMAS_95
 from thrustd.diagnose.search.curves import NEAR, Followed, nearly
 from thrustd.diagnose.search.floor import EXACTLY, MOST
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
