@@ -17,13 +17,14 @@ from thrustd.core.errors import ModelError
 from thrustd.core.measures import SIGMAS_95, rms
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.checks import check_channels, check_new
+from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import BROCHURE
 from thrustd.diagnose.extend.extend_report import ExtendReport, ledger_of
 from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, likely, simplest
 from thrustd.diagnose.search.candidates import judgeable
-from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
+from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.grow import joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, told
@@ -98,12 +99,13 @@ def extend(
 def _as_delivered(
     spec: ModelSpec, written: ModelSpec, base: Base, fit: Joint, segments: Sequence[Segment]
 ) -> tuple[ModelSpec, tuple[str, ...]]:
-    """Where the model leaves more of these records than its fit does, that stands in its ledger and is said.
+    """Where the model leaves more of these records than its fit does, as `compare` sees it, its ledger says so.
 
     ModelError where it leaves more than the model before.
     """
-    begun = [begun_at(s, r.beginning) for s, r in zip(segments, fit.records, strict=True)]
-    own, before_n = (rms(np.concatenate([s.force_n - simulate(one, s) for s in begun])) for one in (written, spec))
+    own, before_n = (
+        rms(np.concatenate([s.force_n - free_runs(one, s)[1] for s in segments])) for one in (written, spec)
+    )
     fitted, unit = base.scale * float(np.sqrt(fit.solution.mean_square)), base.roles.unit
     said = f"the model leaves {own:.4g} {unit} of these records where its fit leaves {fitted:.4g} {unit}"
     entry = written.ledger[-1]
