@@ -90,7 +90,7 @@ def sets_grown(
             others = otherwise(base, records, looks, best)
             fits += others
             best, beam = advanced(base, looks.nothing, looks.nothing, [*larger, *others])
-        if not beam or (size == 0 and said(larger, best)):
+        if (size == 0 and said(larger, best)) or not beam:
             return best, fits
     least = min(fits, key=lambda fit: fit.mse, default=best)
     if len(least.terms) > 1 and room(base, looks.nothing, best):  # one of its members may be in the true one's place
