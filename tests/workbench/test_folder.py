@@ -46,6 +46,13 @@ def test_a_file_of_a_name_that_cannot_be_shown_spoils_no_page(folder, name):
     assert [folder.path(each) for each in folder.recordings()] == [folder.root / "good.csv"]
 
 
+def test_a_file_that_goes_while_the_folder_is_looked_at_is_one_that_is_gone(folder, monkeypatch):
+    listed = list(Folder(folder.root)._files())
+    without = folder.stamp()
+    monkeypatch.setattr(folder, "_files", lambda: iter([*listed, folder.root / "gone.csv"]))
+    assert folder.stamp() == without
+
+
 def test_session_survives_nonsense_and_missing_files(folder):
     assert read_session(folder) == Session()
     (folder.state / "session.json").write_text("{")

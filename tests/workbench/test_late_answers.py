@@ -158,6 +158,20 @@ def test_the_end_of_an_upload_is_told_although_it_came_before_the_stream_of_even
         page.locator(".notice.problem", has_text="oops").wait_for()
 
 
+def test_a_file_that_went_is_offered_no_more_although_the_first_answer_without_it_was_lost(page_of, served):
+    new = served.folder / "gone.csv"
+    shutil.copy(served.folder / "one.csv", new)
+    with page_of(served.url) as page:
+        offered = page.locator("option[value='gone.csv']").first
+        offered.wait_for(state="attached")
+        idle(page)
+        lost = []
+        page.route("**/api/state", lambda route: route.continue_() if lost else (lost.append(route), route.abort()))
+        new.unlink()
+        until(page, lambda: lost)
+        offered.wait_for(state="detached")
+
+
 def test_work_is_going_on_until_the_outcome_of_a_job_is_known(page_of, served):
     with page_of(served.url) as page:
         idle(page)

@@ -5,9 +5,11 @@ FOLDER/.thrustd/            state of the page; may be deleted while no page is o
     columns/ tables/ jobs/ reports/ incoming/ undone/ sealed/ mappings.json session.json
 """
 
+import hashlib
 import os
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -145,9 +147,12 @@ class Folder:
         return found
 
     def stamp(self) -> str:
-        """Changes whenever a file is added, removed or written, or something else is chosen or said of the columns."""
-        said = [path for name in ("session.json", "mappings.json") if (path := self.state / name).exists()]
-        return "".join(f"{columns_key(path)}{_growing(path):d}" for path in (*self._files(), *said))
+        """Another one whenever a file is added, removed or written, or something else is chosen or said of columns."""
+        said = hashlib.sha256()
+        for path in (*self._files(), self.state / "session.json", self.state / "mappings.json"):
+            with suppress(FileNotFoundError):  # not written yet, or removed since it was listed
+                said.update(f"{columns_key(path)}{_growing(path):d}".encode())
+        return said.hexdigest()[:20]
 
     def growing(self, name: str) -> bool:
         """A flight log that a daemon is writing just now."""

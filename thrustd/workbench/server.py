@@ -57,9 +57,10 @@ class Bench:
             after_job(self.folder, job.kind, job.result)
 
     async def state(self, request: Request) -> Response:
-        """Everything the overview shows."""
+        """Everything the overview shows; `stamp` is taken first: what changes meanwhile is asked for again."""
         folder = self.folder
         return _json({
+            "stamp": folder.stamp(),
             "version": __version__,
             "folder": folder.root.name,
             "recordings": [self._recording(name) for name in folder.recordings()],
@@ -212,7 +213,6 @@ class Bench:
     async def _events(self) -> AsyncIterator[bytes]:
         queue: asyncio.Queue[Job] = asyncio.Queue()
         stop = self.board.listen(queue.put_nowait)
-        stamp = self.folder.stamp()
         try:
             yield b": connected\n\n"
             while True:
@@ -220,9 +220,7 @@ class Bench:
                     job = await asyncio.wait_for(queue.get(), LOOK_EVERY_S)
                     yield b"event: job\ndata: " + msgspec.json.encode(job) + b"\n\n"
                 except TimeoutError:
-                    now = self.folder.stamp()
-                    yield b"event: folder\ndata: {}\n\n" if now != stamp else b": still here\n\n"
-                    stamp = now
+                    yield b"event: folder\ndata: " + msgspec.json.encode({"stamp": self.folder.stamp()}) + b"\n\n"
         finally:
             stop()
 

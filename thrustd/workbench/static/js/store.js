@@ -52,7 +52,14 @@ export function follow() {
     if (over(job)) finished(job).catch((problem) => say(problem.message));
     changed("jobs");
   });
-  events.addEventListener("folder", () => refresh().catch(() => {})); // a server that is gone is said by onerror
+  // every second; what is shown is of another folder until an answer has come, however often one was lost on its way
+  let looking = false;
+  events.addEventListener("folder", async ({ data }) => {
+    if (looking || JSON.parse(data).stamp === store.server.stamp) return;
+    looking = true;
+    await refresh().catch(() => {}); // a server that is gone is said by onerror
+    looking = false;
+  });
   // what happened before the stream was open, or while it was broken, is in no event
   events.onopen = () => {
     delete dataset.gone;
