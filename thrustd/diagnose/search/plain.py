@@ -8,7 +8,7 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands
+from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands, untold
 from thrustd.diagnose.search.floor import at_floor, before, mostly
 from thrustd.diagnose.search.grow import begun_like, hopeful, joined, seen_beside
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
@@ -61,7 +61,7 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
             best = trial if trial.shown and gained(best, trial) else best
         for law in _simpler(best.terms[i]):
             trial = instead(i, law)
-            best = trial if numbers_of(trial) <= numbers_of(best) and not gained(trial, best, 0.0) else best
+            best = trial if numbers_of(trial) <= numbers_of(best) and untold(best, [trial]) else best
     return best
 
 
