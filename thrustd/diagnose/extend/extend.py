@@ -28,7 +28,7 @@ from thrustd.diagnose.search.evidence import lateness, simulate_in_flight
 from thrustd.diagnose.search.floor import before, left
 from thrustd.diagnose.search.grow import joined, seen_beside
 from thrustd.diagnose.search.joint import Joint, joint_fit, told
-from thrustd.diagnose.search.library import Rig, terms_of
+from thrustd.diagnose.search.library import Rig
 from thrustd.diagnose.search.plain import by_other_laws, elsewhere, plain
 from thrustd.diagnose.search.question import NOTHING, Given, asked, asked_for
 from thrustd.diagnose.search.ranking import pruned
@@ -153,8 +153,8 @@ def _fitted(
     for word, laws in chosen.items():
         if word in best.words:
             continue
-        terms = [term for law in laws for term in terms_of(law, rig)]
-        seen = leading(seen_beside(base, best, terms, ()), least=-np.inf)
+        own = [probe for probe in looks.probes if probe.term.effect in laws]
+        seen = leading(seen_beside(base, best, own), least=-np.inf)
         tried = [joined(base, rows, best, one) for one in seen]
         all_tried += tried
         best = simplest(tried) if tried else best

@@ -32,6 +32,11 @@ def at_floor(fit: Joint, base: Base) -> bool:
     return over(left(fit, base), fit, base) < AT_FLOOR
 
 
+def most_at_floor(fit: Joint, base: Base) -> float:
+    """Mean square up to which one is at the floor of this fit."""
+    return float(AT_FLOOR**2 * (floor_of(fit, base) ** 2 + base.tremble) - base.tremble)
+
+
 def far_above(fit: Joint, base: Base) -> bool:
     """Whether much more than noise is left."""
     return over(left(fit, base), fit, base) > UNLIKE

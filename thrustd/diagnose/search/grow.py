@@ -8,16 +8,21 @@ import numpy as np
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.floor import SHOWS, at_floor, over
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
-from thrustd.diagnose.search.screen import Looked, probed, screened, table_of
+from thrustd.diagnose.search.screen import Looked, Probe, screened, table_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.stage import Floats
 
+SHOWN = 0.75  # of what a law removes: a look shows so much at least where the core is known, and more than this
 
-def seen_beside(base: Base, member: Joint, terms: Iterable[Term], words: Sequence[str]) -> list[Looked]:
-    """These laws, but those of the effects `words`, from where a set stands; best first."""
-    table = table_of(base, member)
-    return screened(table, probed(table, [term for term in terms if term.effect.word not in words]))
+
+def seen_beside(base: Base, member: Joint, probes: Iterable[Probe]) -> list[Looked]:
+    """Laws from where a set stands, best first.
+
+    Their columns are those of the first look: what a law does to the core hardly depends on the laws beside it, and a
+    run of every law over a long record takes longer than a set estimated whole.
+    """
+    return screened(table_of(base, member), probes)
 
 
 def joined(base: Base, records: Sequence[Record], member: Joint, one: Looked) -> Joint:
@@ -67,11 +72,21 @@ def unheard(looked: Iterable[Looked], tried: Sequence[Joint]) -> list[Looked]:
     return list(found.values())
 
 
-def hopeful(base: Base, looked: Iterable[Looked], best: Joint | None, fits: Sequence[Joint]) -> list[Looked]:
+def hopeful(
+    base: Base,
+    looked: Iterable[Looked],
+    best: Joint | None,
+    fits: Sequence[Joint],
+    wanted: float = np.inf,
+    further: int = 1,
+) -> list[Looked]:
     """Without those whose look leaves more than the best smaller set did: such a set says less with more.
 
-    Nor, behind one of `fits` at the floor, those that leave so much that something else would be missing.
+    Nor, behind one of `fits` at the floor, those that leave so much that something else would be missing. Nor, where a
+    bench knows the core, those that are far from leaving what is `wanted`, were `further` effects to remove as much.
     """
     gains = [one for one in looked if best is None or not best.terms or one.leaves < best.mse]
+    if base.benched:
+        gains = [one for one in gains if one.promises * further > SHOWN * (one.before + one.averaged - wanted)]
     done = [fit for fit in fits if at_floor(fit, base)]
     return [one for one in gains if not any(over(one.leaves, fit, base) > SHOWS for fit in done)]

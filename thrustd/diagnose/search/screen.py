@@ -133,6 +133,11 @@ class Looked:
         return self.mse + self.averaged
 
     @property
+    def promises(self) -> float:
+        """Mean square that it removes."""
+        return self.before - self.mse
+
+    @property
     def removes(self) -> float:
         """Share of the squared error."""
         return 1.0 - self.mse / self.before if self.before > 0.0 else 0.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import LAW, eased, gained, simplest, stands
-from thrustd.diagnose.search.floor import at_floor, before, floor_of, left
+from thrustd.diagnose.search.floor import at_floor, before, floor_of, left, most_at_floor
 from thrustd.diagnose.search.grow import begin_at, begun_like, grown, hopeful, joined, seen_beside, unheard
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved, without
 from thrustd.diagnose.search.library import Rig, laws, terms_of
@@ -47,6 +47,10 @@ class Looks:
     probes: list[Probe]
     terms: list[Term]
     worth: float  # of the mean square beside the moved core that the best law removes
+
+    def without(self, words: Sequence[str]) -> list[Probe]:
+        """The laws of all other effects."""
+        return [probe for probe in self.probes if probe.term.effect.word not in words]
 
 
 def look(base: Base, records: Sequence[Record], nothing: Joint, effects: Sequence[Effect], rig: Rig) -> Looks:
@@ -115,9 +119,11 @@ def grown_from(
     """Every set of the beam with one effect more, estimated whole: by `most` laws at most, those that look best."""
     found: list[Joint] = []
     for member in beam:
-        seen = seen_beside(base, member, looks.terms, member.words) if member.terms else looks.looked
+        seen = seen_beside(base, member, looks.without(member.words)) if member.terms else looks.looked
         own: list[Joint] = []
-        for one in hopeful(base, leading(seen, most=most), best, found):
+        size = len(member.terms) + 1
+        wanted = taken(base, looks.nothing, best, size) if member.terms else np.inf
+        for one in hopeful(base, leading(seen, most=most), best, found, wanted, MOST + 1 - size):
             tell(one.term.effect.word)
             own.append(grown(base, records, member, one))
         if any(stands(best, fit) for fit in own):
@@ -157,6 +163,13 @@ def adds(base: Base, nothing: Joint, best: Joint, fit: Joint) -> bool:
     return gained(best, fit) and fit.shown and (large or (not best.terms and eased(best, fit)))
 
 
+def taken(base: Base, nothing: Joint, best: Joint, size: int) -> float:
+    """Mean square below which a set of so many effects may be taken in the best one's place (`adds`, `advanced`)."""
+    floor = most_at_floor(best, base)
+    larger = max(best.mse - _known(base, nothing, best), min(floor, best.mse / 2.0))
+    return larger if size <= len(best.terms) + 1 else min(larger, floor)
+
+
 def room(base: Base, nothing: Joint, best: Joint) -> bool:
     """Whether one effect more could gain, were it to explain everything down to the floor."""
     level = floor_of(best, base) ** 2
@@ -194,9 +207,9 @@ def exchanged(base: Base, records: Sequence[Record], looks: Looks, best: Joint, 
     """
     tried, found = {_laws(fit.terms) for fit in fits}, []
     for rest in [without(best, member) for member in best.terms]:
-        seen = leading(seen_beside(base, rest, looks.terms, best.words))
+        seen = leading(seen_beside(base, rest, looks.without(best.words)))
         new = [one for one in seen if _laws((*rest.terms, one.term)) not in tried]
-        found += [joined(base, records, rest, one) for one in hopeful(base, new, None, [best])]
+        found += [joined(base, records, rest, one) for one in hopeful(base, new, None, [best], best.mse)]
     return found
 
 
