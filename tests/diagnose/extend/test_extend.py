@@ -106,14 +106,18 @@ def test_an_effect_that_stays_neutral_is_not_added_for_what_the_rest_gains():
 
 
 def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
-    """No start of a lag takes the place of either: nothing was loaded before. The twin: -2e-4 1/K, 1e-4 mm/K."""
+    """No start of a lag takes the place of either: nothing was loaded before. The twin: -2e-4 1/K, 1e-4 mm/K.
+
+    Only a record's first minutes, before any load, tell expansion from the cell's zero: of two each one may be held back.
+    """
 
     def chamber(room_degc, seed):
         asked = make_recording("steps", programme("steps", BenchPlan(hours=1.0, seed=seed)))
         return programme_bench(asked, seed, UPPER, RIG._replace(room_degc=room_degc)).resample(2.0)
 
     known = identify([chamber(20.0, 1)], name="upper").spec
-    report = extend(known, [chamber(-10.0, 2), chamber(50.0, 3)], ["thermal_stiffness", "thermal_expansion"])
+    records = [chamber(-10.0, 2), chamber(-10.0, 4), chamber(50.0, 3), chamber(50.0, 5)]
+    report = extend(known, records, ["thermal_stiffness", "thermal_expansion"])
     values = {p.name: p.value for p in report.parameters}
     assert values["stiffness_1_k"] == pytest.approx(-2e-4, abs=1e-4)
     assert values["expansion_mm_k"] == pytest.approx(1e-4, abs=4e-5)
