@@ -15,7 +15,7 @@ from scipy.ndimage import convolve1d, uniform_filter1d
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import gained
+from thrustd.diagnose.search.better import WORTH, gained
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit
 from thrustd.diagnose.search.past import Found, by_past
 from thrustd.diagnose.search.question import Question, of_segments
@@ -57,13 +57,15 @@ def without_noise(d: Floats) -> Floats:
 def without_tremble(question: Question) -> Question:
     """The same question of readings less their noise; what was promised, or is left, is less by the force of that.
 
-    Where the model misses more without it, the force knows of it: it is motion, and the question stays as it is.
+    Where the model clearly misses more without it, the force knows of it: it is motion, and the question stays as it is.
+    Clearly, for the instruments' noise: of what an effect leaves that is missing, a little more or less says nothing.
     """
     segments = [
         replace(s, inputs={**s.inputs, DEFORMATION: without_noise(s.inputs[DEFORMATION])}) for s in question.segments
     ]
     calm = of_segments(question, segments)
-    if calm.base.as_is_mse >= question.base.as_is_mse:
+    noise = question.base.noise_variance if question.base.promised is None else question.base.promised**2
+    if calm.base.as_is_mse >= question.base.as_is_mse + WORTH * noise:
         return question
     calm = replace(calm, rows=[one.after(own.beginning) for own, one in zip(question.rows, calm.rows, strict=True)])
     base, pairs = calm.base, zip(question.rows, calm.rows, strict=True)

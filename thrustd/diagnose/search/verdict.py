@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import another, borrowed, clearest
-from thrustd.diagnose.search.curves import Followed, followed, nearly
+from thrustd.diagnose.search.curves import NEAR, Followed, followed, nearly
 from thrustd.diagnose.search.floor import at_floor, floor_of, left, only_noise, shows, something, usual
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import curve_sigma
@@ -42,7 +42,8 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
-    strange = [c for c in curves if left(best, base) - c.mse > (1 - OUTDOES) * above]
+    further = [c for c in curves if c.mse * (1.0 + NEAR) < left(best, base)]  # a law is as good with fewer numbers
+    strange = [c for c in further if left(best, base) - c.mse > (1 - OUTDOES) * above]
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
     if (not best.terms and something(best, base)) or (much and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, clearest(strange or rest))
