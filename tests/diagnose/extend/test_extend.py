@@ -108,7 +108,7 @@ def test_an_effect_that_stays_neutral_is_not_added_for_what_the_rest_gains():
 def test_two_chambers_begun_unloaded_tell_stiffness_from_expansion():
     """No start of a lag takes the place of either: nothing was loaded before. The twin: -2e-4 1/K, 1e-4 mm/K.
 
-    Only a record's first minutes, before any load, tell expansion from the cell's zero: of two each one may be held back.
+    Only a record's first minutes, before any load, tell expansion from the cell's zero: of two one may be held back.
     """
 
     def chamber(room_degc, seed):

@@ -2,7 +2,7 @@
 
 from types import SimpleNamespace
 
-from thrustd.diagnose.search.grow import unheard
+from thrustd.diagnose.search.grow import hopeful, unheard
 from thrustd.diagnose.search.screen import Looked
 
 
@@ -20,3 +20,13 @@ def test_the_noise_that_a_look_averages_out_is_no_merit_of_an_effect():
     tried = [SimpleNamespace(mse=0.1, words=("ageing",))]
     hopeless, hopeful = _look("sensor_drift", 0.05, averaged=0.07), _look("payne", 0.02, averaged=0.07)
     assert unheard([hopeless, hopeful], tried) == [hopeful]
+
+
+def test_where_a_bench_knows_the_core_who_is_far_from_what_is_wanted_is_not_estimated():
+    """A look shows three quarters of what a law removes at least; effects still to come may remove as much each."""
+    near, far = _look("payne", 0.5), _look("ageing", 0.9)
+    benched, free = SimpleNamespace(benched=True), SimpleNamespace(benched=False)
+    assert hopeful(benched, [near, far], None, [], 0.4) == [near]
+    assert hopeful(benched, [near, far], None, [], 0.9, 2) == [near, far]
+    assert hopeful(free, [near, far], None, [], 0.4) == [near, far]
+    assert hopeful(benched, [near, far], None, []) == [near, far]

@@ -85,3 +85,15 @@ def test_what_is_reported_and_written_is_of_the_reading_as_it_is():
     model = compile_model(report.spec, 1 / DT_S)
     assert not report.remarks
     assert rms(data["force_N"] - model.simulate(model.inputs(data.channels))) < report.rmse_after_n
+
+
+def test_a_little_more_of_a_missing_damper_does_not_make_motion_of_noise():
+    """205.54 N were missed, 205.55 N less the noise of the reading: a rate read with that noise was another law's."""
+    damper = EffectSpec("viscous_damping_power", {"damping_n": 2000.0, "exponent": 0.6, "filter_s": 0.005})
+    data = record([damper])
+    noise = np.random.default_rng(3).normal(0, 3e-4, len(data))
+    question = asked(mount(), [data.with_channels(deformation_mm=data["deformation_mm"] + noise)], NOTHING)
+    calm = without_tremble(question)
+    assert calm is not question
+    assert calm.base.as_is_mse > question.base.as_is_mse
+    assert calm.base.promised < question.base.promised

@@ -11,7 +11,7 @@ from thrustd.diagnose.search import sets
 from thrustd.diagnose.search.better import gained, stands
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.floor import at_floor
-from thrustd.diagnose.search.sets import adds, advanced, carried, room
+from thrustd.diagnose.search.sets import adds, advanced, carried, room, taken
 from thrustd.identify.identify import identify
 from thrustd.twin.hide import hidden_case
 
@@ -75,3 +75,16 @@ def test_three_plain_effects_of_which_none_stands_alone_are_found_together(monke
     case = hidden_case(hidden, 921, 4.0, 3600.0)
     found = diagnose(identify([case.bench]).spec, [case.measured])
     assert set(found.verdict) == set(hidden)
+
+
+@given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.001, 1.0), st.sampled_from(["mr", "mrp"]))
+def test_a_set_that_leaves_more_than_may_be_taken_is_never_taken(found, floor, share, words):
+    base = SimpleNamespace(
+        own_mse=np.inf, as_is_mse=np.inf, promised=np.sqrt(floor), own_plateau=np.inf, least=0.0, tremble=0.0
+    )
+    nothing, best = _fit("", 1.0, 0.0), _fit("m", max(found, floor), 0.0)
+    nothing.plateau = best.plateau = np.inf
+    least = taken(base, nothing, best, len(words))
+    more = _fit(words, least + share * (best.mse - least), 0.0)
+    more.plateau = np.inf
+    assert not adds(base, nothing, best, more) or (len(words) > 2 and not at_floor(more, base))

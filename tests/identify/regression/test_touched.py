@@ -1,5 +1,7 @@
 """Columns of numbers that act in front of the relaxation, against whole free runs with each of them moved."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from thrustd.identify.regression.curve import Grid
 from thrustd.identify.regression.free_run import gain_of, simulate
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
+from thrustd.identify.regression.sweep import columns
 from thrustd.identify.regression.terms import NUDGE, at_start, deformed, split
 from thrustd.identify.regression.touched import touched
 from thrustd.model.effects import effect_named
@@ -71,3 +74,24 @@ def test_columns_are_those_of_whole_runs(bent, rubs):
             assert out[:, i] == pytest.approx(whole, abs=1e-8 * max(1.0, np.abs(whole).max()))
         else:
             assert np.all(np.isnan(out[:, i]))
+
+
+@pytest.mark.parametrize(("name", "shape"), [("vibration_rectification", "exponent"), ("thermal_stiffness", "bend")])
+def test_a_shape_that_begins_at_its_upper_wall_has_a_slope(name, shape):
+    """A step beyond the wall changes nothing: such a shape stayed where it began, whatever the data said."""
+    effect = effect_named(name)
+    own = record()
+    own = replace(own, channels={**own.channels, "vibration_mm_s": 50.0 + 40.0 * own.channels["accel_x_g"]})
+    [wall] = [p.high for p in effect.parameters if p.name == shape]
+    shapes = {p.name: wall if p.name == shape else p.starts[0] for p in effect.parameters if not p.amplitude}
+    std = {p.name: abs(p.starts[0]) or 1.0 for p in effect.parameters if p.amplitude}
+    term = at_start(effect, std, shapes)
+    numbers = np.array([1.0 if p.amplitude else 0.0 for p in term.free])
+    where = [p.name for p in term.free].index(shape)
+    shaped, point = built((term,))
+    point = replace(point, terms=numbers)
+    inside = replace(point, terms=numbers - NUDGE * np.eye(len(numbers))[where])
+    quotient = (simulate(shaped, point, own, own.known) - simulate(shaped, inside, own, own.known)) / NUDGE
+    columns_of = np.concatenate([rows for _, rows, _ in columns(shaped, point, own)])[:, shaped.parts()["terms"]]
+    assert np.abs(quotient).max() > 0.0
+    assert columns_of[:, where] == pytest.approx(quotient, rel=1e-3, abs=1e-3 * np.abs(quotient).max())

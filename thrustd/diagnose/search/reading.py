@@ -57,8 +57,8 @@ def without_noise(d: Floats) -> Floats:
 def without_tremble(question: Question) -> Question:
     """The same question of readings less their noise; what was promised, or is left, is less by the force of that.
 
-    Where the model clearly misses more without it, the force knows of it: it is motion, and the question stays as it is.
-    Clearly, for the instruments' noise: of what an effect leaves that is missing, a little more or less says nothing.
+    Where the model clearly misses more without it, the force knows of it: it is motion, and the question stays as it
+    is. Clearly for the instruments' noise: of what a missing effect leaves, a little more or less says nothing.
     """
     segments = [
         replace(s, inputs={**s.inputs, DEFORMATION: without_noise(s.inputs[DEFORMATION])}) for s in question.segments

@@ -89,6 +89,10 @@ class Term:
         """Numbers that cannot be negative: physics knows no such amplitude."""
         return [p.amplitude and (p.passive or p.low == p.neutral) and p.name not in self.centre for p in self.free]
 
+    def steps(self, numbers: Floats, size: float) -> Floats:
+        """Steps (n,) of difference quotients: back from an upper wall, behind which every number says the same."""
+        return np.where(numbers + size > self.walls()[:, 1], -size, size)
+
     def sigma(self, numbers: Floats, std: Floats) -> dict[str, float]:
         """One sigma in units, of one sigma without."""
         values = self.values(numbers)
@@ -178,8 +182,9 @@ def turning(term: Term, numbers: Floats, size: float, seen: Seen, places: Places
 
     def run() -> Floats:
         own = turned(term, numbers, seen, places)
-        moved = [turned(term, numbers + size * unit, seen, places) for unit in np.eye(len(numbers))]
-        return (np.array(moved).reshape(len(moved), len(own)).T - own[:, None]) / size
+        steps = term.steps(numbers, size)
+        moved = [turned(term, numbers + step, seen, places) for step in np.diag(steps)]
+        return (np.array(moved).reshape(len(moved), len(own)).T - own[:, None]) / steps
 
     if all(term.straight) and term.effect.elements is not None:
         return _kept(term, ("turning",), seen, places, lambda: shares(term, term.values(numbers), seen, places))

@@ -32,9 +32,10 @@ Parts = Sequence[tuple[Term, Floats]]
 
 
 class Moved(NamedTuple):
-    """One number moved by `NUDGE`."""
+    """One number moved by a small step (`Term.steps`)."""
 
     number: int  # among those of the terms
+    step: float
     seen: Seen
     spring: Floats  # (n,), or () where that is 1
     bends: bool  # the deformation
@@ -48,7 +49,7 @@ def touched(shape: Shape, point: Point, record: Record, seen: Seen, gain: Floats
     moves = _moves(shape.terms, point.terms, record.seen, seen, spring)
     for bends, alike in itertools.groupby(moves, lambda one: one.bends):
         while group := list(itertools.islice(alike, TOGETHER)):
-            units = [NUDGE * (np.arange(len(point.terms)) == one.number) for one in group]
+            units = [one.step * (np.arange(len(point.terms)) == one.number) for one in group]
             points = [replace(point, terms=point.terms + unit) for unit in units]
             begun = [begun_at(shape, moved, core, record, seen).w[0] - still.w[0] for moved in points]
             by, none = np.empty((len(gain), len(group))), np.empty((0, len(group)))
@@ -57,7 +58,7 @@ def touched(shape: Shape, point: Point, record: Record, seen: Seen, gain: Floats
             springs = none if same else np.column_stack([one.spring for one in group])
             run_apart(core, still, Inputs(seen.d, spring, d, springs, np.array(begun)), counted, by)
             for one, more in zip(group, by.T, strict=True):
-                out[:, one.number] = (beside.moved(one.seen, gain, more) if bends else gain * more) / NUDGE
+                out[:, one.number] = (beside.moved(one.seen, gain, more) if bends else gain * more) / one.step
 
 
 def _moves(terms: Sequence[Term], numbers: Floats, read: Seen, seen: Seen, spring: Floats) -> Iterator[Moved]:
@@ -65,25 +66,25 @@ def _moves(terms: Sequence[Term], numbers: Floats, read: Seen, seen: Seen, sprin
     parts = list(zip(terms, split(terms, numbers), strict=True))
     at = dict(zip(map(id, terms), itertools.accumulate((len(t.free) for t in terms), initial=0), strict=False))
     resprung = any(term.effect.site == "spring" and DEFORMATION in term.effect.channels for term in terms)
-    for term, i, d in _each([one for one in parts if one[0].effect.site == "deformation"], read, read.d):
+    for term, i, step, d in _each([one for one in parts if one[0].effect.site == "deformation"], read, read.d):
         bent = read.at(d)
-        yield Moved(at[id(term)] + i, bent, sprung(terms, numbers, bent) if resprung else spring, True)
-    for term, i, s in _each([one for one in parts if one[0].effect.site == "spring"], seen, np.ones(len(seen.d))):
-        yield Moved(at[id(term)] + i, seen, s, False)
+        yield Moved(at[id(term)] + i, step, bent, sprung(terms, numbers, bent) if resprung else spring, True)
+    for term, i, step, s in _each([one for one in parts if one[0].effect.site == "spring"], seen, np.ones(len(seen.d))):
+        yield Moved(at[id(term)] + i, step, seen, s, False)
 
 
-def _each(parts: Parts, seen: Seen, v: Floats) -> Iterator[tuple[Term, int, Floats]]:
+def _each(parts: Parts, seen: Seen, v: Floats) -> Iterator[tuple[Term, int, float, Floats]]:
     """What these effects one after the other make of v (n,) with each number moved; those before are not run again."""
     for place, (term, own) in enumerate(parts):
         plain = through(term, own, seen, v)
         known = all(term.straight) and term.effect.elements is not None
         table = shares(term, term.values(own), seen, ALL) if known else np.empty((0, 0))
-        for i in range(len(own)):
-            unit = NUDGE * (np.arange(len(own)) == i)
-            moved = plain + NUDGE * table[:, i] if known else through(term, own + unit, seen, v)
+        for i, step in enumerate(term.steps(own, NUDGE)):
+            unit = step * (np.arange(len(own)) == i)
+            moved = plain + step * table[:, i] if known else through(term, own + unit, seen, v)
             for later, numbers in parts[place + 1 :]:
                 moved = through(later, numbers, seen, moved)
-            yield term, i, moved
+            yield term, i, float(step), moved
         v = plain
 
 

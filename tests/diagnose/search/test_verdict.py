@@ -1,0 +1,28 @@
+"""Laws and free curves: which of them the verdict is."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.diagnose.search.test_ranking import _fit
+from thrustd.diagnose.search import verdict
+from thrustd.diagnose.search.curves import Followed
+
+
+@pytest.mark.parametrize(("leaves", "words"), [(1.09, ("s",)), (0.98, ("unknown",))])
+def test_a_curve_outdoes_a_law_by_more_than_the_numbers_that_it_takes(leaves, words, monkeypatch):
+    """A scale that left 9.85 of 9.38 N was unknown: a curve of N1, by which every thrust goes, left 9.75 N."""
+    base = SimpleNamespace(own_mse=np.inf, as_is_mse=20.0, promised=1.0, own_plateau=np.inf, least=0.0, tremble=0.0)
+    nothing, scale = _fit("", 20.0, 0.0), _fit("s", 1.12, 0.0)
+    for fit in (nothing, scale):
+        fit.plateau, fit.moved, fit.walked, fit.words = np.inf, 0.0, 0.0, tuple(fit.terms)
+        fit.solution, fit.block_size = SimpleNamespace(noise_variance=1.0), np.ones(48)
+    scale.terms = tuple(SimpleNamespace(effect=SimpleNamespace(name=word, channels=())) for word in scale.terms)
+    curve = Followed("n1_pct", ("n1_pct",), leaves, 0.1, moved=0.0)
+    ranked = SimpleNamespace(best=scale, nothing=nothing, curves=(curve, replace(curve, channel="n2_pct", mse=2.0)))
+    monkeypatch.setattr(verdict, "table_of", lambda *_: None)
+    monkeypatch.setattr(verdict, "followed", lambda *_: [])
+    monkeypatch.setattr(verdict, "curve_sigma", lambda *_: 1.0)
+    assert verdict.judge(base, [], ranked).words == words
