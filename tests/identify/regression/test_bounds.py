@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from thrustd.identify.regression.bounds import inverse, within_reach
+from thrustd.identify.regression.bounds import bounded, inverse, within_reach
 
 
 def test_what_is_held_lets_the_others_go_where_they_belong_beside_it() -> None:
@@ -29,3 +29,11 @@ def test_the_inverse_of_what_is_known_of_numbers_of_any_size():
     assert inverse(information * np.outer(size, size)) == pytest.approx(expected, rel=1e-6)
     twice = np.array([[1.0, 1.0], [1.0, 1.0]])  # of two numbers only their sum is known
     assert np.ones(2) @ inverse(twice) @ np.ones(2) == pytest.approx(1.0)
+
+
+def test_numbers_that_rounding_left_without_a_minimum_have_one():
+    """Two that act alike, less than nothing apart: on one processor, not on another, this ended a search."""
+    matrix = np.array([[1.0, 1.0], [1.0, 1.0 - 1e-10]])
+    found, _ = bounded(matrix, np.array([2.0, 2.0]), np.array([True, True]))
+    assert found.min() >= 0.0
+    assert found.sum() == pytest.approx(2.0, rel=1e-6)

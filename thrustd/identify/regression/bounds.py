@@ -25,8 +25,8 @@ def bounded(matrix: Floats, right: Floats, positive: Flags) -> tuple[Floats, Fla
     schur = a[of_p, p] - a[of_p, q] @ across
     left = b[p] - across.T @ b[q]
     schur.flat[:: len(p) + 1] += 1e-12 * np.trace(schur) / len(p)
-    root = np.linalg.cholesky(schur)
-    t[p] = nnls(root.T, dtrtrs(root.T, left, trans=True)[0], maxiter=50 * len(p))[0]
+    root = np.triu(factor(schur)[0])
+    t[p] = nnls(root, dtrtrs(root, left, trans=True)[0], maxiter=50 * len(p))[0]
     t[q] = _solved(root_q, b[q] - a_qp @ t[p])
     return t * scale, ~positive | (t > 0.0)
 

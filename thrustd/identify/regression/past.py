@@ -5,7 +5,7 @@ evidence says which. In a load that has stood, all lags have one number in commo
 their gains; where several loads came before, every lag has a number of its own.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,12 +22,15 @@ from thrustd.identify.segments import DEFORMATION, Segment
 WALK_WORTH = 0.03  # of the squared error: a walk that removes less is left out
 LONG_H = 0.5  # of a recording that tells a walk
 SWINGS = 2 * len(NAMES)  # blocks of a recording, two of every half swing of its fastest mode
+FINER = 2  # times that how long a load has stood is looked for at half the distance
 PAST = float(np.log(1e4))  # of the likelihood, by which a past under load takes the place of rest, or of a walk
+
+Begun = tuple[Solution, list[Record]]  # a mount, and the records with the past that it gives them
 
 
 def remembering(
     found: Solution, segments: Sequence[Segment], records: Sequence[Record], progress: Progress | None
-) -> tuple[Solution, list[Record]]:
+) -> Begun:
     """The same mount, remembering a past under load, where these data are surely likelier so.
 
     The first load may have stood for some time after none, or others before it, of which every lag may remember
@@ -46,18 +49,38 @@ def remembering(
     begun = solve(shape, point, rows, found.precisions | {"begin": 1.0}, progress=progress)
     walking = walked(found, segments, records, progress)
     least = min(unlikely(one) for one in (found, walking) if one is not None) - 2.0 * PAST
-    stood = [_stood(found, records, places, share, progress) for share in STOOD]
-    likeliest = min((one for one, _ in stood), key=unlikely)
-    any_time = unlikely(likeliest) - 2.0 * logsumexp([0.5 * (unlikely(likeliest) - unlikely(one)) for one, _ in stood])
-    any_time += 2.0 * np.log(len(stood))
+    stood = {share: _stood(found, records, places, share, progress) for share in STOOD.tolist()}
+    tried = [one for one, _ in stood.values()]
+    likeliest = min(map(unlikely, tried))
+    any_time = likeliest - 2.0 * logsumexp([0.5 * (likeliest - unlikely(one)) for one in tried])
+    any_time += 2.0 * np.log(len(tried))
     if min(unlikely(begun), any_time) > least:
         return found, list(records)
-    return (begun, rows) if unlikely(begun) < any_time else min(stood, key=lambda each: unlikely(each[0]))
+    if unlikely(begun) < any_time:
+        return begun, rows
+    return _likeliest(stood, lambda share: _stood(found, records, places, share, progress))
+
+
+def _likeliest(stood: dict[float, Begun], tried: Callable[[float], Begun]) -> Begun:
+    """By how long the first load has stood, as shares of the records; looked for between these as well.
+
+    In the noise of the one that leaves least: what lasts from rest would hide which of them is right.
+    """
+    least = min((one for one, _ in stood.values()), key=lambda one: one.mean_square)
+    left, apart = noise_level(least.normal.residuals, SWINGS), STOOD[1] / STOOD[0]
+
+    def best() -> float:
+        return min(stood, key=lambda share: surprise(stood[share][0], left))
+
+    for _ in range(FINER):
+        share, apart = best(), np.sqrt(apart)
+        stood = stood | {one: tried(one) for one in (share / apart, share * apart)}
+    return stood[best()]
 
 
 def _stood(
     found: Solution, records: Sequence[Record], places: Sequence[int | None], share: float, progress: Progress | None
-) -> tuple[Solution, list[Record]]:
+) -> Begun:
     """The same mount, the first load of loaded records there for such a share of their time before, after none."""
     stood = tuple(
         0 if place is None else round(share * min(len(record), MOST))

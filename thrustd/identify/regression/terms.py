@@ -127,9 +127,8 @@ def deformed(terms: Sequence[Term], numbers: Floats, seen: Seen) -> Seen:
     """With the deformation as the rubber has it, from what the transducer says."""
     v = seen.d
     for term, own in zip(terms, split(terms, numbers), strict=True):
-        if term.effect.site != "deformation":
-            continue
-        v = through(term, own, seen, v)
+        if term.effect.site == "deformation":
+            v = through(term, own, seen, v)
     return seen if v is seen.d else seen.at(v)
 
 
@@ -267,23 +266,19 @@ def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]
 def branched_by(terms: Sequence[Term], numbers: Floats) -> Floats:
     """Derivatives (n_branches, n) of the gains of these branches."""
     gains = np.array([gain for _, gain in branches(terms, numbers)])
-    if not len(gains):
-        return np.empty((0, len(numbers)))
     moved = [[gain for _, gain in branches(terms, numbers + NUDGE * unit)] for unit in np.eye(len(numbers))]
-    return (np.array(moved) - gains).T / NUDGE
+    return (np.array(moved).reshape(len(numbers), len(gains)) - gains).T / NUDGE
 
 
 def _before(term: Term, values: Mapping[str, float], seen: Seen) -> float:
     """What the effect makes of 1 before the record begins."""
-    stage = term.effect.stage(values, seen.dt_s)
-    u = _begin(term, seen)
+    stage, u = term.effect.stage(values, seen.dt_s), _begin(term, seen)
     return stage.once(stage.start(u, 1.0), u, 1.0)
 
 
 def _begin(term: Term, seen: Seen) -> Floats:
     """Inputs at rest before the first sample."""
-    level = {DEFORMATION: seen.before}
-    return np.array([level.get(name, seen.channels[name][0]) for name in term.effect.channels], float)
+    return np.array([seen.before if n == DEFORMATION else seen.channels[n][0] for n in term.effect.channels], float)
 
 
 def _run(term: Term, values: Mapping[str, float], seen: Seen, v: Floats, first: float) -> Floats:
