@@ -13,6 +13,7 @@ from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.stage import Floats
 
+STARTS = 2  # further ones of a law that is grown further
 SHOWN = 0.75  # of what a law removes: a look shows so much at least where the core is known, and more than this
 
 
@@ -70,6 +71,15 @@ def unheard(looked: Iterable[Looked], tried: Sequence[Joint]) -> list[Looked]:
         if one.term.effect.word not in words and one.leaves <= least:
             found.setdefault(one.term.effect.word, one)
     return list(found.values())
+
+
+def begun_elsewhere(looked: Iterable[Looked], fits: Iterable[Joint]) -> list[Looked]:
+    """The newest law of these sets from its next best starts: where a core is free, a look hardly tells the best one."""
+    found, newest = [], [fit.terms[-1] for fit in fits]
+    for term in newest:
+        same = [one for one in looked if one.term.effect.name == term.effect.name]
+        found += [one for one in same if not any(one.term is tried for tried in newest)][:STARTS]
+    return list({id(one): one for one in found}.values())
 
 
 def hopeful(

@@ -13,7 +13,16 @@ import numpy as np
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import LAW, eased, gained, simplest, stands
 from thrustd.diagnose.search.floor import at_floor, before, floor_of, left, most_at_floor
-from thrustd.diagnose.search.grow import begin_at, begun_like, grown, hopeful, joined, seen_beside, unheard
+from thrustd.diagnose.search.grow import (
+    begin_at,
+    begun_elsewhere,
+    begun_like,
+    grown,
+    hopeful,
+    joined,
+    seen_beside,
+    unheard,
+)
 from thrustd.diagnose.search.joint import Joint, joint_fit, unmoved, without
 from thrustd.diagnose.search.library import Rig, laws, terms_of
 from thrustd.diagnose.search.screen import (
@@ -128,6 +137,8 @@ def grown_from(
             own.append(grown(base, records, member, one))
         if any(stands(best, fit) for fit in own):
             own += [grown(base, records, member, one) for one in unheard(seen, own)]
+        if member.terms and not base.benched and not any(at_floor(fit, base) for fit in own):
+            own += [grown(base, records, member, one) for one in begun_elsewhere(seen, carried(best, own))]
         found += own
     if not best.terms and not any(stands(best, fit) for fit in found):  # two that hide each other show in no single
         pairs = screened_pairs(looks.table, singles(looks.looked, looks.probes))
