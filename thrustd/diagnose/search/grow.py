@@ -74,7 +74,7 @@ def unheard(looked: Iterable[Looked], tried: Sequence[Joint]) -> list[Looked]:
 
 
 def begun_elsewhere(looked: Iterable[Looked], fits: Iterable[Joint]) -> list[Looked]:
-    """The newest law of these sets from its next best starts: where a core is free, a look hardly tells the best one."""
+    """The newest law of these sets from its next best starts: where a core is free, a look hardly tells the best."""
     found, newest = [], [fit.terms[-1] for fit in fits]
     for term in newest:
         same = [one for one in looked if one.term.effect.name == term.effect.name]
