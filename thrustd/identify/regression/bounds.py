@@ -25,8 +25,8 @@ def bounded(matrix: Floats, right: Floats, positive: Flags) -> tuple[Floats, Fla
     schur = a[of_p, p] - a[of_p, q] @ across
     left = b[p] - across.T @ b[q]
     schur.flat[:: len(p) + 1] += 1e-12 * np.trace(schur) / len(p)
-    root = np.triu(factor(schur)[0])
-    t[p] = nnls(root, dtrtrs(root, left, trans=True)[0], maxiter=50 * len(p))[0]
+    root = np.tril(factor(schur, lower=True)[0])
+    t[p] = nnls(root.T, dtrtrs(root.T, left, trans=True)[0], maxiter=50 * len(p))[0]
     t[q] = _solved(root_q, b[q] - a_qp @ t[p])
     return t * scale, ~positive | (t > 0.0)
 
@@ -54,14 +54,14 @@ def within_reach(matrix: Floats, right: Floats, positive: Flags, reach: tuple[Fl
         free_of &= ~far
 
 
-def factor(matrix: Floats) -> tuple[Floats, bool]:
+def factor(matrix: Floats, lower: bool = False) -> tuple[Floats, bool]:
     """Of a matrix that rounding may have left without its last digits of definiteness; for `cho_solve`."""
     if not len(np.asarray_chkfinite(matrix)):  # LAPACK would take a number that is none
-        return matrix, False
+        return matrix, lower
     for ridge in (0.0, 1e-11, 1e-9, 1e-7):
-        root, failed = dpotrf(matrix + ridge * np.eye(len(matrix)) if ridge else matrix, clean=False)
+        root, failed = dpotrf(matrix + ridge * np.eye(len(matrix)) if ridge else matrix, lower, clean=False)
         if not failed:
-            return root, False
+            return root, lower
     raise ModelError("these data and this model do not determine a curve: no positive information; expected more data")
 
 
