@@ -10,11 +10,11 @@ from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands, untold
 from thrustd.diagnose.search.floor import at_floor, before, mostly
-from thrustd.diagnose.search.grow import begun_like, hopeful, joined, seen_beside
+from thrustd.diagnose.search.grow import begun_like, hopeful, joined
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
-from thrustd.diagnose.search.screen import leading, probed, table_of
+from thrustd.diagnose.search.screen import leading, probed, screened, table_of
 from thrustd.diagnose.search.told import disputed
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
@@ -90,8 +90,9 @@ def by_other_laws(base: Base, records: Sequence[Record], best: Joint, rig: Rig, 
     for term in best.terms:
         rest = without(best, term)
         laws = [one for law in _judgeable(term, records) if law != term.effect for one in terms_of(law, rig)]
-        seen = seen_beside(base, rest, probed(table_of(base, rest), laws))
-        for one in hopeful(base, leading(seen, most=1), None, [best]):
+        table = table_of(base, rest)
+        seen = leading(screened(table, probed(table, laws)), most=1)
+        for one in hopeful(base, seen, None, [best]):
             names = sorted((one.term.effect.name, *(other.effect.name for other in rest.terms)))
             same = [fit for fit in tried if sorted(each.effect.name for each in fit.terms) == names]
             found.append(min(same, key=lambda fit: fit.mse) if same else joined(base, records, rest, one))

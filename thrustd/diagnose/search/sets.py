@@ -132,7 +132,7 @@ def grown_from(
         own: list[Joint] = []
         size = len(member.terms) + 1
         wanted = taken(base, looks.nothing, best, size) if member.terms else np.inf
-        for one in hopeful(base, leading(seen, most=most), best, found, wanted, MOST + 1 - size):
+        for one in hopeful(base, leading(seen, most=most), best, found, wanted, max(MOST + 1 - size, 1)):
             tell(one.term.effect.word)
             own.append(grown(base, records, member, one))
         if any(stands(best, fit) for fit in own):
