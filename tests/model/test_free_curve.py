@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import interp1d
 
 from thrustd.core.errors import ModelError
-from thrustd.diagnose.search.library import combined
+from thrustd.diagnose.search.candidates import combined
 from thrustd.model.effects import effect_named
 from thrustd.model.free_curve import KNOTS, at_places, column_of, free_curve, nameable, places
 

@@ -8,8 +8,8 @@ from tests.diagnose.scene import DT_S, NOISE_N, mount, record
 from thrustd.core.errors import ModelError, RecordingError
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.extend.extend import extend
+from thrustd.diagnose.search.candidates import combined
 from thrustd.diagnose.search.diagnose import diagnose
-from thrustd.diagnose.search.library import combined
 from thrustd.model.artifact import ComplexMode, EffectSpec, LinearBlock
 from thrustd.model.compile import compile_model
 from thrustd.model.effects import effect_named

@@ -1,17 +1,20 @@
 """Which effects can be judged at all on these records."""
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.compare.reference import is_own_output
+from thrustd.diagnose.search.base import STATE_OF
 from thrustd.diagnose.search.records import complete
+from thrustd.identify.regression.walk import HOURS
 from thrustd.identify.segments import DEFORMATION, FORCE
 from thrustd.model.effect import Effect
 from thrustd.model.elsewhere import TEMPERATURE, at_column, is_temperature, thermal
-from thrustd.model.free_curve import is_curve
+from thrustd.model.free_curve import difference, is_curve, nameable, product, quoted
 from thrustd.records.recording import TIME, Recording
 
 STILL = 1e-3  # a channel moves when its spread exceeds this share of its typical size ...
@@ -107,3 +110,23 @@ def moves(column: Floats) -> bool:
         return False
     low, high = np.quantile(good, [0.001, 0.999])
     return bool(high - low > STILL * max(abs(low), abs(high), 1e-9))
+
+
+def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
+    """Every moving channel, and differences and products of two, with the channels that each is made of."""
+    single = [name for name, column in channels.items() if _strange(name) and nameable(name) and moves(column)]
+    found: dict[str, tuple[str, ...]] = {quoted(name): (name,) for name in single}
+    for a, b in itertools.combinations(single, 2):
+        if _unit(a) == _unit(b):
+            found[difference(a, b)] = (a, b)
+        found[product(a, b)] = (a, b)
+    return found
+
+
+def _strange(name: str) -> bool:
+    """Whether the model does not read it anyway."""
+    return not no_curve(name) and not name.startswith((STATE_OF, HOURS))
+
+
+def _unit(name: str) -> str:
+    return name.partition("_")[2]

@@ -7,8 +7,9 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.candidates import combined
 from thrustd.diagnose.search.joint import Joint, joint_fit
-from thrustd.diagnose.search.library import GAIN, combined, curve_term, heights_of, places_of
+from thrustd.diagnose.search.library import GAIN, curve_term, heights_of, places_of
 from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
 from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.record import Record

@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import order_of
-from thrustd.diagnose.search.base import STATE_OF, Base
-from thrustd.diagnose.search.candidates import moves, no_curve
+from thrustd.diagnose.search.base import Base
+from thrustd.diagnose.search.candidates import combined, moves
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import FLOW, play_of
 from thrustd.identify.regression.record import Record
@@ -22,7 +22,6 @@ from thrustd.identify.regression.regress import lags_of
 from thrustd.identify.regression.stops import at_rest, run_stops
 from thrustd.identify.regression.table import growth_of, travel_of
 from thrustd.identify.regression.terms import Term, at_start
-from thrustd.identify.regression.walk import HOURS
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect, Parameter, Site
 from thrustd.model.effects import effect_named
@@ -34,12 +33,8 @@ from thrustd.model.free_curve import (
     KNOTS,
     at_places,
     column_of,
-    difference,
     is_curve,
-    nameable,
     places,
-    product,
-    quoted,
 )
 from thrustd.model.modulated import BY, ENDS, LATE, LEVEL, REST, late_decay, modulated
 from thrustd.model.stage import DEFORMATION, Floats
@@ -59,6 +54,8 @@ CONTAINED = (
     "thermal_expansion_body",  # nearly, by two nodes of heat: `plain` chooses between them
     "thermal_stiffness_body",
     "thermal_stiffness_body_spring",
+    "viscous_damping_power",  # by `viscous_damping_carreau`
+    "viscous_damping_saturating",  # nearly, by the same
     "mullins_softening_ratio",  # by `mullins_softening_relative`
 )
 
@@ -224,6 +221,7 @@ def _starts(effect: Effect, p: Parameter, rig: Rig) -> tuple[float, ...]:
         "growth": rig.growth,
         REFERENCE: rig.reference_degc if thermal(effect) else next(iter(begins), None),
         "deadband_mm": rig.play,
+        "usual_mm_s": rig.rate or None,
     }
     if (told := anchors.get(p.name)) is not None:
         return (float(np.clip(told, p.low, p.high)),)
@@ -277,23 +275,3 @@ def _late(column: Floats, late_s: float, dt_s: float) -> Floats:
     decay = late_decay(late_s, dt_s)
     found: Floats = lfilter([1.0 - decay], [1.0, -decay], column, zi=[decay * column[0]])[0]
     return found
-
-
-def combined(channels: Mapping[str, Floats]) -> dict[str, tuple[str, ...]]:
-    """Every moving channel, and differences and products of two, with the channels that each is made of."""
-    single = [name for name, column in channels.items() if _strange(name) and nameable(name) and moves(column)]
-    found: dict[str, tuple[str, ...]] = {quoted(name): (name,) for name in single}
-    for a, b in itertools.combinations(single, 2):
-        if _unit(a) == _unit(b):
-            found[difference(a, b)] = (a, b)
-        found[product(a, b)] = (a, b)
-    return found
-
-
-def _strange(name: str) -> bool:
-    """Whether the model does not read it anyway."""
-    return not no_curve(name) and not name.startswith((STATE_OF, HOURS))
-
-
-def _unit(name: str) -> str:
-    return name.partition("_")[2]

@@ -15,7 +15,7 @@ from scipy.ndimage import convolve1d, uniform_filter1d
 
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import SEARCHED, Base
-from thrustd.diagnose.search.better import WORTH, gained
+from thrustd.diagnose.search.better import gained
 from thrustd.diagnose.search.joint import Joint, counted, joint_fit
 from thrustd.diagnose.search.past import Found, by_past
 from thrustd.diagnose.search.question import Question, of_segments
@@ -27,6 +27,7 @@ from thrustd.identify.segments import DEFORMATION
 SPLINE = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16.0
 SCALES = 5  # octaves of time, from one sample
 AROUND = 32  # coefficients that tell the power of the motion at a place
+HALF = 0.5  # of what was taken away that the force follows
 LEAST = 0.05  # of a variance: so much of a promise is not the reading's
 
 
@@ -57,20 +58,21 @@ def without_noise(d: Floats) -> Floats:
 def without_tremble(question: Question) -> Question:
     """The same question of readings less their noise; what was promised, or is left, is less by the force of that.
 
-    Where the model clearly misses more without it, the force knows of it: it is motion, and the question stays as it
-    is. Clearly for the instruments' noise: of what a missing effect leaves, a little more or less says nothing.
+    Where the force follows what was taken away, that is motion, and the question stays as it is.
     """
     segments = [
         replace(s, inputs={**s.inputs, DEFORMATION: without_noise(s.inputs[DEFORMATION])}) for s in question.segments
     ]
     calm = of_segments(question, segments)
-    noise = question.base.noise_variance if question.base.promised is None else question.base.promised**2
-    if calm.base.as_is_mse >= question.base.as_is_mse + WORTH * noise:
-        return question
     calm = replace(calm, rows=[one.after(own.beginning) for own, one in zip(question.rows, calm.rows, strict=True)])
-    base, pairs = calm.base, zip(question.rows, calm.rows, strict=True)
-    by_noise = [simulate(base.shape, base.point, one) - simulate(base.shape, base.point, other) for one, other in pairs]
-    tremble = float(np.nanvar(np.concatenate(by_noise)))
+    base = calm.base
+    without = [simulate(base.shape, base.point, record) for record in calm.rows]
+    pairs = zip(question.rows, without, strict=True)
+    taken = [simulate(base.shape, base.point, record) - other for record, other in pairs]
+    missed = [record.y - force for record, force in zip(calm.rows, without, strict=True)]
+    if followed_by(taken, missed) > HALF:
+        return question
+    tremble = float(np.nanvar(np.concatenate(taken)))
 
     def less(variance: float) -> float:
         return max(variance - tremble, LEAST * variance)
@@ -78,6 +80,17 @@ def without_tremble(question: Question) -> Question:
     promised = None if base.promised is None else less(base.promised**2) ** 0.5
     known = replace(base, promised=promised, noise_variance=less(base.noise_variance), tremble=tremble)
     return replace(calm, base=known)
+
+
+def followed_by(taken: Sequence[Floats], missed: Sequence[Floats]) -> float:
+    """How much of a force the reading's records miss (n,) is there: 1 of motion's, 0 of noise's, or a little below.
+
+    By steps from one sample to the next, in which motion and noise differ least, and what a missing effect leaves is
+    small.
+    """
+    steps = np.concatenate([np.diff(one) for one in taken]), np.concatenate([np.diff(one) for one in missed])
+    force, rest = (each[np.isfinite(steps[0] + steps[1])] for each in steps)
+    return float(force @ rest / max(force @ force, np.finfo(float).tiny))
 
 
 def searched(
