@@ -18,7 +18,7 @@ from thrustd.identify.regression.hypotheses import explained, records_for
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.regress import first_point, prepared, regress
+from thrustd.identify.regression.regress import first_point, prepared, regress, with_branches
 from thrustd.identify.regression.solve import noise_level, prior_of, solve
 from thrustd.identify.regression.sweep import columns, normal_equations
 from thrustd.identify.regression.terms import APART, NUDGE, at_start
@@ -108,6 +108,17 @@ def test_a_spring_that_does_not_relax_beside_branches_that_do():
     assert np.sqrt(np.mean((from_rest - unseen) ** 2)) < 0.5 * NOISE_N
     d, _, y = mount()
     assert all(term.effect not in BESIDE for term in explained([segment(d, y)]).shape.terms)
+
+
+def test_branches_are_tried_beside_a_spring_of_which_no_lag_is_left():
+    """Of an output that is noise nothing remains to say how slow branches may be: the records' own lengths do."""
+    rng = np.random.default_rng(1)
+    d = np.convolve(rng.normal(0.0, 1.0, 6050), np.ones(51) / 51, "valid")
+    bench = [segment(d, rng.normal(0.0, 1.0, 6000))]
+    plain = regress(bench)
+    assert len(plain.shape.taus_s) == 0
+    for law in BESIDE:
+        assert with_branches(plain, bench, law).mean_square < 1.01 * plain.mean_square
 
 
 def flowing(n, seed, within=8):

@@ -89,10 +89,10 @@ def law_of(shape: Shape) -> Effect:
     return next(term.effect for term in shape.terms if term.effect in YIELDING)
 
 
-def branches_beside(shape: Shape, law: Effect) -> Term:
-    """The branches, over the time constants of the shape."""
+def branches_beside(shape: Shape, law: Effect, taus_s: Floats) -> Term:
+    """The branches, over these time constants."""
     mm = travel(shape.f_grid)
-    begin = {"fastest_s": float(shape.taus_s[0]), "slowest_s": float(shape.taus_s[-1]), "flow_mm": FLOW * mm}
+    begin = {"fastest_s": float(taus_s[0]), "slowest_s": float(taus_s[-1]), "flow_mm": FLOW * mm}
     own = {name: begin.get(name, value) for name, value in law.neutral().items()}
     return at_start(law, dict.fromkeys(STIFFNESSES, STIFFNESS * shape.output_scale / mm), own)
 

@@ -115,10 +115,12 @@ def _surely(one: Solution, other: Solution, counts: int) -> bool:
 def with_branches(
     found: Solution, segments: Sequence[Segment], law: Effect, progress: Progress | None = None
 ) -> Solution:
-    """The same mount with branches of this law beside the spring."""
-    shape = replace(found.shape, terms=(*found.shape.terms, branches_beside(found.shape, law)))
+    """The same mount with branches of this law beside the spring, as slow as its own lags, or as these records show."""
+    all_lags, records = prepared(segments)
+    taus_s = found.shape.taus_s if len(found.shape.taus_s) else all_lags.taus_s
+    shape = replace(found.shape, terms=(*found.shape.terms, branches_beside(found.shape, law, taus_s)))
     point = replace(found.point, terms=np.concatenate((found.point.terms, begun(shape.terms[-1:]))))
-    return solve(shape, point, begun_as(found, prepared(segments)[1], segments), found.precisions, progress=progress)
+    return solve(shape, point, begun_as(found, records, segments), found.precisions, progress=progress)
 
 
 def with_walk(found: Solution, segments: Sequence[Segment], progress: Progress | None = None) -> Solution:
