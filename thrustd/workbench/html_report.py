@@ -209,8 +209,7 @@ def _comparison(c: Comparison, both: Sequence[Comparison]) -> str:
         pictures = "".join(picture(path.read_bytes(), path.stem) for path in comparison_pictures(c, Path(scratch)))
     if len(both) > 1:
         pictures = drawing(before_after_figure(both), f"{c.recording}, before and after") + pictures
-    nowhere = "<p>Nowhere in particular: the error goes with no region beyond chance.</p>"
-    where = f"<ol>{words}</ol>" if words else nowhere
+    where = f"<ol>{words}</ol>" if words else f"<p>{html.escape(c.nowhere[0].upper() + c.nowhere[1:])}.</p>"
     return f"<h2>{html.escape(c.recording)}: where it fails</h2>{where}{pictures}"
 
 

@@ -54,6 +54,18 @@ def test_over_a_speed_the_way_is_its_integral():
     assert "does v_cm_s drive and f_N move" in energy.sentence([over])
 
 
+def test_volts_times_what_they_move_are_no_work():
+    """A piezo stack, whose displacement follows its voltage late, was asked for its sign."""
+    turned = rig()
+    stack = with_roles(
+        turned.with_channels(drive_V=turned["deformation_mm"], x_um=-turned["force_N"]), Roles("drive_V", "x_um")
+    )
+    other = with_roles(
+        turned.with_channels(x_mm=turned["deformation_mm"], f_kN=-turned["force_N"]), Roles("x_mm", "f_kN")
+    )
+    assert loop_energy(other).delivers and not loop_energy(stack).delivers
+
+
 def test_too_little_to_judge_is_not_judged():
     assert not loop_energy(rig(n=25)).delivers
     still = rig().with_channels(deformation_mm=np.zeros(6000))

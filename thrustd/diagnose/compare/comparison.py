@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import msgspec
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
@@ -22,6 +23,7 @@ from thrustd.model.artifact import LedgerEntry
 from thrustd.records.roles import Roles
 
 ERROR = "measured minus model"
+HALF, STRETCHES = 0.5, 10  # of the squared error, in one of so many stretches of time: it happened once
 PAST = 1.1  # times: from rest it leaves so much more, which is said
 
 
@@ -57,6 +59,23 @@ class Comparison:
     def residual_n(self) -> Floats:
         return self.reference_n - self.model_n
 
+    @property
+    def nowhere(self) -> str:
+        """Of an error that goes with no region: whether it is a constant, or happened once."""
+        error = np.where(np.isfinite(self.residual_n), self.residual_n, 0.0)
+        total, unit = float(error @ error), self.roles.output_unit
+        if self.bias_n**2 > HALF * self.rmse_n**2:
+            return f"everywhere alike: measured minus model is {newtons(self.bias_n, '+', unit=unit)} on average"
+        once = [float(part @ part) for part in np.array_split(error, STRETCHES)]
+        worst = int(np.argmax(once))
+        if once[worst] > HALF * total:
+            begin, end = self.time_s[[worst * len(error) // STRETCHES, (worst + 1) * len(error) // STRETCHES - 1]]
+            return (
+                f"once: {100 * once[worst] / total:.0f} % of the squared error between {begin:.1f} and {end:.1f} s;"
+                " no region repeats it"
+            )
+        return "nowhere in particular: the error goes with no region beyond chance"
+
     def to_json(self) -> dict[str, Any]:
         """The numbers, without arrays."""
         return {
@@ -77,6 +96,7 @@ class Comparison:
             "rmse_in_noise": self.rmse_in_noise,
             "regions": [_region_json(region) for region in self.regions],
             "where_it_fails": [_failure_json(failure) for failure in self.where_it_fails],
+            "nowhere": "" if self.where_it_fails else self.nowhere,
             "ledger": [msgspec.to_builtins(entry) for entry in self.ledger],
             "check": asdict(self.check),
         }
@@ -105,7 +125,7 @@ class CompareReport:
             for i, failure in enumerate(c.where_it_fails, 1):
                 console.print(f"  {i}. {failure.sentence}")
             if not c.where_it_fails:
-                console.print("  nowhere in particular: the error goes with no region beyond chance")
+                console.print(f"  {c.nowhere}")
             if c.rmse_from_rest_n > PAST * c.rmse_n:
                 rested = newtons(c.rmse_from_rest_n, unit=c.roles.output_unit)
                 console.print(

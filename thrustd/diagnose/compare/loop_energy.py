@@ -29,6 +29,7 @@ LEAST_BLOCKS = 5
 DOUBT = 1e-3  # that a healthy record is suspected
 SPANS = 8  # of the elastic curve
 SPEED = "/s"  # of a unit: the input is a speed
+ELECTRICAL = "V", "mV", "kV", "A", "mA"  # the input drives an actuator: times what it gives it is no work
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +61,11 @@ def loop_energy(records: Recording | Sequence[Recording]) -> LoopEnergy:
     """Of recordings with `deformation_mm` and `force_N` under these names; RecordingError when there is no stretch."""
     records = [records] if isinstance(records, Recording) else list(records)
     segments = segments_of(records)
-    speed = roles_of(records).input_unit.endswith(SPEED)
-    parts = [_ways(segment, speed) for segment in segments]
+    unit = roles_of(records).input_unit
+    parts = [_ways(segment, unit.endswith(SPEED)) for segment in segments]
     place, force, step, way = (np.concatenate(column) for column in zip(*parts, strict=True))
     total = float(way.sum())
-    if len(place) < LEAST_BLOCKS * SPANS or total <= 0 or np.ptp(place) <= 0:
+    if len(place) < LEAST_BLOCKS * SPANS or total <= 0 or np.ptp(place) <= 0 or unit in ELECTRICAL:
         return LoopEnergy(0.0, 0.0, 0.0, total, False)
     left = force - _elastic(place, force)
     block = np.minimum((BLOCKS * np.cumsum(way) / total).astype(int), BLOCKS - 1)

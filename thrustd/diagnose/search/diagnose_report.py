@@ -127,7 +127,10 @@ def _yardstick(report: DiagnoseReport) -> str:
     floor = "the floor is" if report.judged == ON_BLOCKS else "what brochure and model may be wrong by is"
     said = f"error {report.judged}: {fall}; {floor} about {newtons(report.own_error_n)} {report.unit}"
     if report.noise_n is not None and report.own_error_n > SHOWS * report.noise_n:
-        said += f", of which {newtons(report.noise_n)} {report.unit} are noise and the rest follows no motion"
+        said += (
+            f", as little as any reference here leaves; {newtons(report.noise_n)} {report.unit} of it are noise, and a"
+            " law that is not listed may leave less"
+        )
     return said
 
 

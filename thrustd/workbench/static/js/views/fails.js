@@ -117,7 +117,7 @@ export function fails(root) {
       return panel(
         `In words: ${c.model}`,
         [],
-        h("p.empty", "Nowhere in particular: the error goes with no region beyond chance."),
+        h("p.empty", `${c.nowhere[0].toUpperCase()}${c.nowhere.slice(1)}.`),
       );
     const press = (i) => () => {
       ui.chosen = ui.chosen === i ? null : i;
