@@ -72,7 +72,8 @@ def without_tremble(question: Question) -> Question:
     missed = [record.y - force for record, force in zip(calm.rows, without, strict=True)]
     if followed_by(taken, missed) > HALF:
         return question
-    tremble = float(np.nanvar(np.concatenate(taken)))
+    steps = np.concatenate([np.diff(one) for one in taken])  # friction that noise moves on differs slowly, and is none
+    tremble = min(float(np.nanvar(np.concatenate(taken))), float(np.nanmean(steps**2)) / 2.0)
 
     def less(variance: float) -> float:
         return max(variance - tremble, LEAST * variance)
