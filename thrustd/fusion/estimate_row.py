@@ -7,6 +7,7 @@ import numba
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled, entry, named
+from thrustd.core.measures import SIGMAS_95
 from thrustd.core.types import Status
 from thrustd.fusion.dynamics import ENGINE, MOUNT, RATE, SCALE_FLOOR_N, SCALE_N, SHAPE, THRUST
 from thrustd.fusion.fusion_inputs import INPUTS
@@ -43,7 +44,8 @@ def _row(memory: Any, told: Any, x: Floats, p: Floats, engine: int, weighed: Wei
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
     A measurement that was gated out while its source is trusted says that one of both is wrong: the band holds what
-    it says, too; and what nobody corrected (see `sensors.evidence`).
+    it says, too; so it does an engine that is off where all but the mounts say so, and what nobody corrected (see
+    `sensors.evidence`).
     """
     m, t = memory[0], told[0]
     status = t.status
@@ -58,6 +60,8 @@ def _row(memory: Any, told: Any, x: Floats, p: Floats, engine: int, weighed: Wei
     status |= _brochure_bits(isfinite(t.brochure_n), rejected, m.off)
     status |= DISAGREE if m.contradicted else 0
     variance_n2 = p[THRUST, THRUST] + m.beyond_n2
+    if m.contradicted:
+        variance_n2 += ((x[THRUST, 0] - t.off_n) / SIGMAS_95) ** 2
     if isfinite(m.mount_nu_n) and not m.mount_used:
         variance_n2 += m.mount_nu_n**2
     if rejected:

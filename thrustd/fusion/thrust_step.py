@@ -113,7 +113,8 @@ def _zero(m: Any, t: Any, s: Any) -> None:
 
     Before it ran for the first time, on the ground, what the mounts show is their zeros. Later they say that it runs by
     more than their own sigma and the installation's; what they show beyond their own may be a thrust, and is in the
-    band.
+    band. Where they say that it runs and nobody else does, they are followed, and the 95 % hold an engine that is off,
+    too: two measurements that exclude each other are no mean of both.
 
     What a flight leaves in their friction and creep is as large as a zero: nothing else calibrates it.
     """
@@ -160,8 +161,8 @@ def _mounts(m: Any, t: Any, s: Any, x: Floats, p: Floats) -> None:
 @compiled
 def _brochure(m: Any, t: Any, s: Any, again: bool, x: Floats, p: Floats) -> None:
     """Once per reading of the engine; in between the last verdict stands."""
-    stopping = t.unlit and t.n1_pct < s.engine_off_n1_pct and not m.contradicted
-    if m.off or stopping or not isfinite(t.brochure_n):
+    stopping = t.unlit and t.n1_pct < s.engine_off_n1_pct
+    if m.off or m.contradicted or stopping or not isfinite(t.brochure_n):
         m.last_nu_n, m.last_used = nan, False  # no deck says anything of an engine that stands
         return
     read_ns = t.t_ns - round(t.brochure_age_s * 1e9)
