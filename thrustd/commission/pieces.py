@@ -18,6 +18,8 @@ BENCH_HZ = 20.0
 LEVEL_G = {"accel_x_g": 0.0, "accel_z_g": 1.0}  # a bench stands still
 DECK_NEEDS = ("n1_pct", "fuel_flow_kg_s")
 LEAST_N = 1000.0  # span of a bench: less is no load of a mount, or another unit
+LEAST_HZ = 1.0  # a bench moves a mount within seconds: fewer samples are another unit of time
+LIKE = 2.0  # times: a mount of the same kind is as stiff within this, cold or hot
 LEAST_K = 5.0  # from the benches: a chamber that is no colder and no hotter tells nothing
 
 
@@ -46,6 +48,8 @@ def read_pieces(
     for path in flights:
         _check_flight(path)
     slow = [[_bench(path, EXTEND_HZ) for path in several] for several in (weight, chamber)]
+    for record in (*slow[0], *slow[1]):
+        _check_like(record, list(read.values()))
     for record in slow[0]:
         _check_moves(record, "accel_z_g", 0.2, "--weight")
     if slow[1]:
@@ -76,7 +80,10 @@ def _bench(path: Path, rate_hz: float = BENCH_HZ) -> Recording:
     if not span_n > LEAST_N:
         said = f"force_N spans {span_n:.3g} in {record.duration_s:.0f} s"
         raise RecordingError(f"{record.name}: {said}; expected a mount loaded by {LEAST_N:g} N at least; is it kN?")
-    if _falls(record):
+    if not record.sample_hz >= LEAST_HZ:
+        said = f"a sample every {1.0 / record.sample_hz:.3g} s"
+        raise RecordingError(f"{record.name}: {said}; expected {LEAST_HZ:g} Hz at least; is its time in milliseconds?")
+    if _stiffness(record) < 0.0:
         said = "force_N falls where deformation_mm grows; expected a mount that resists"
         raise RecordingError(f"{record.name}: {said}; is the sign of force_N or deformation_mm turned?")
     level = {name: g for name, g in LEVEL_G.items() if name not in record}
@@ -89,9 +96,21 @@ def _check_numbers(record: Recording, channel: str) -> None:
         raise RecordingError(f"{record.name}: no number in {channel}; expected what the rig has measured")
 
 
-def _falls(record: Recording) -> bool:
+def _stiffness(record: Recording) -> float:
+    """N/mm, by the line through the record."""
     both = np.array([record["deformation_mm"], record["force_N"]])
-    return bool(np.cov(both[:, np.isfinite(both).all(axis=0)])[0, 1] < 0.0)
+    spread = np.cov(both[:, np.isfinite(both).all(axis=0)])
+    return float(spread[0, 1] / max(spread[0, 0], np.finfo(float).tiny))
+
+
+def _check_like(record: Recording, benches: Sequence[Recording]) -> None:
+    own, others = _stiffness(record), [_stiffness(bench) for bench in benches]
+    if not min(others) / LIKE < own < max(others) * LIKE:
+        usual = " and ".join(dict.fromkeys(f"{end:.3g}" for end in (min(others), max(others))))
+        raise RecordingError(
+            f"{record.name}: {own:.3g} N/mm, the benches {usual}; expected a mount of that kind;"
+            " is force_N in pounds, or deformation_mm in another unit?"
+        )
 
 
 def _check_moves(record: Recording, channel: str, least: float, option: str) -> None:
