@@ -1,5 +1,6 @@
 """One mount in flight against the same model on the ground."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -378,3 +379,24 @@ def test_the_share_of_a_mount_is_that_of_its_curve_until_the_engine_pulls(model)
             (engine,) = combiner.step(mounts, both, 0.1)
         wanted = 0.46 if force_n < 1000.0 else 0.475
         assert engine["load_share"] == pytest.approx(wanted, abs=0.003)
+
+
+def test_a_signal_that_speaks_for_the_first_time_has_not_jumped(model):
+    """An aircraft that taxis through a turn when its logger starts: 500 N of angular acceleration, in no mount."""
+    effects = [EffectSpec("lever_arm", {"right_kg_m": 800.0}), EffectSpec("axial_inertia", {"mass_kg": 186.5})]
+    turning = compile_model(msgspec.structs.replace(simple_model(), effects=effects, witness=None), RATE_HZ)
+    place = turning.channels.index("yaw_rate_deg_s") - 1
+
+    def forces(heard_at):
+        bench, found = Bench(turning), []
+        for k in range(60):
+            if k == heard_at:
+                bench.source.set_channel(place, 6.0)
+            bench.take(k, 0.3)
+            if k % 10 == 9:
+                found.append(float(bench.fused(0.1)["force_n"]))
+        return found
+
+    first, late = forces(5), forces(-1)
+    assert first == pytest.approx([first[-1]] * 6, abs=1.0)
+    assert late == pytest.approx([late[-1]] * 6, abs=1.0)

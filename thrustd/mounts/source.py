@@ -6,25 +6,25 @@ restarted  longer, and the first sample of all: see `mounts.start`
 zero       before the engine runs for the first time: what its transducer shows is taken off its samples
 """
 
-from math import exp, hypot, inf, isfinite, isnan, nan, sqrt
+from math import hypot, inf, isfinite, isnan, nan, sqrt
 
 import numpy as np
 
 from thrustd.core.calibration import MountCalibration
 from thrustd.core.columns import Floats
-from thrustd.core.signals import CATALOGUE, Signal
+from thrustd.core.signals import CATALOGUE
 from thrustd.fusion.settings import FusionSettings
 from thrustd.model.artifact import FORCE_RATE_TAU_S
 from thrustd.model.compile import CompiledModel
 from thrustd.model.region_error import cells, region_std_n
-from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Past, Unseen, chords, resting_n, zero_of
+from thrustd.mounts.start import CRUISE, LOAD_AGE_S, Past, Unseen, chords, resting_n, unmeasured_std, zero_of
 from thrustd.mounts.step import EXTRAPOLATION_STD, IN_SHEAR_STD, MEANS, TERMS, Cells, Held, Samples, add, fuse, terms_n
 from thrustd.sync.grid import Grid
 
 BEYOND = 0.5  # of the identified range on either side of it: no load of this engine brings the mount there
 COMMON = "start_n"  # of `core.types.Terms`: the one that both mounts of an engine have to the same side
 ZERO_SIGMAS = 3.0  # more is no zero
-JUST_S = 2.0  # found so lately: what is known by now was known then
+HEARD_S, JUST_S = 1.0, 2.0  # a bus has said all once; found so lately: what is known by now was known then
 LEAST_SHARE = 0.2  # of one of two mounts
 LONGEST_GAP_S = 10.0  # what the mount was like before is better than rest; stepped through in 0.1 s at 1 kHz
 NO_STATE = np.zeros(0)  # before the first sample
@@ -52,7 +52,8 @@ class MountSource:
         self._channels[:] = [CATALOGUE[name].rest for name in self.signals]
         self._own[:] = [name == "deformation_mm" for name in self.signals]  # hysteresis, damping, ...
         self._unmeasured_s[~self._own] = inf
-        self._lagged = np.stack([self._channels, self._channels])  # and what they were one fused step ago
+        self._never = ~self._own  # heard of yet
+        self._lagged = np.stack([self._channels] * 2)  # and what they were one fused step ago
         self._state: Floats | None = None
         self._found = False  # under a load of which nothing at all was known
         self._fell_from: float | None = None  # see `Unseen.start`
@@ -107,6 +108,7 @@ class MountSource:
 
     def fuse(self, dt_s: float) -> None:
         """`state` of now: means since the last call, dt_s ago, and their one sigma."""
+        self._hear_first()
         doubts = self._unseen.doubts
         complete = fuse(dt_s, self._samples, self._present(), self._held, doubts, self._cells, self._said)
         if not complete:
@@ -158,6 +160,14 @@ class MountSource:
                 self._fell_from = 0.0
         self._begin_anew(rested=self._fell_from is None)
         return plausible
+
+    def _hear_first(self) -> None:
+        """A signal that speaks for the first time has not jumped from its resting value (500 N): it was as it is."""
+        heard = np.flatnonzero(self._never & np.isnan(self._unmeasured_s))
+        self._never[heard] = False
+        if len(heard) and self._state is not None and self._since_restart_s() < HEARD_S:
+            self._samples.u[:, heard] = self._lagged[:, heard] = self._channels[heard]
+            self._begin_anew(rested=False)
 
     def hear_again(self) -> None:
         """Its transducer says something again: what it said meanwhile has moved the model and not the mount."""
@@ -288,11 +298,3 @@ def upper_share(upper: MountSource, lower: MountSource) -> float:
     together_mm = 0.5 * min(source.model.spec.valid.deformation_mm[1] for source in (upper, lower))
     upper_n, lower_n = (source.rests_at_n(together_mm) for source in (upper, lower))
     return min(max(upper_n / (upper_n + lower_n), LEAST_SHARE), 1.0 - LEAST_SHARE) if upper_n + lower_n > 0.0 else 0.5
-
-
-def unmeasured_std(signal: Signal, age_s: float) -> float:
-    """One sigma of a signal that was last seen `age_s` ago and is held; infinity = never seen, it is at rest.
-
-    A Gauss-Markov signal of spread s moves by  s sqrt(2 (1 - e^(-age / memory)))  (Gelb, Applied Optimal Estimation).
-    """
-    return signal.spread if age_s == inf else signal.spread * sqrt(2.0 * (1.0 - exp(-age_s / signal.memory_s)))

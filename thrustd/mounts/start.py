@@ -24,14 +24,14 @@ stood by that zero lower. Unless it is what the friction holds since the last fl
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from math import copysign, exp, hypot, isfinite, nan, sqrt
+from math import copysign, exp, hypot, inf, isfinite, nan, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from thrustd.core.calibration import LARGEST_ZERO_MM
 from thrustd.core.columns import Floats
-from thrustd.core.signals import CATALOGUE
+from thrustd.core.signals import CATALOGUE, Signal
 from thrustd.model.compile import CompiledModel, linear_of
 from thrustd.mounts.step import CHORDS
 
@@ -196,3 +196,11 @@ def _linear(model: CompiledModel) -> slice:
     number = names.index("linear")
     begin = sum(stage.n_state for stage in model.stages[:number])
     return slice(begin, begin + model.stages[number].n_state)
+
+
+def unmeasured_std(signal: Signal, age_s: float) -> float:
+    """One sigma of a signal that was last seen `age_s` ago and is held; infinity = never seen, it is at rest.
+
+    A Gauss-Markov signal of spread s moves by  s sqrt(2 (1 - e^(-age / memory)))  (Gelb, Applied Optimal Estimation).
+    """
+    return signal.spread if age_s == inf else signal.spread * sqrt(2.0 * (1.0 - exp(-age_s / signal.memory_s)))
