@@ -84,10 +84,10 @@ def without_tremble(question: Question) -> Question:
 
 
 def followed_by(taken: Sequence[Floats], missed: Sequence[Floats]) -> float:
-    """How much of a force the reading's records miss (n,) is there: 1 of motion's, 0 of noise's, or a little below.
+    """Which share of the forces `taken` away (n,) is in what records miss (n,): 1 of motion, 0 of noise or less.
 
-    By steps from one sample to the next, in which motion and noise differ least, and what a missing effect leaves is
-    small.
+    Less, because what was kept has some of the noise. By steps from one sample to the next, in which there is little
+    of what a missing effect leaves.
     """
     steps = np.concatenate([np.diff(one) for one in taken]), np.concatenate([np.diff(one) for one in missed])
     force, rest = (each[np.isfinite(steps[0] + steps[1])] for each in steps)
