@@ -114,11 +114,7 @@ export function fails(root) {
 
   function list(c, failure) {
     if (!c.where_it_fails.length)
-      return panel(
-        `In words: ${c.model}`,
-        [],
-        h("p.empty", `${c.nowhere[0].toUpperCase()}${c.nowhere.slice(1)}.`),
-      );
+      return panel(`In words: ${c.model}`, [], h("p.empty", `${c.nowhere[0].toUpperCase()}${c.nowhere.slice(1)}.`));
     const press = (i) => () => {
       ui.chosen = ui.chosen === i ? null : i;
       draw();
