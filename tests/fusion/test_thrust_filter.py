@@ -296,8 +296,8 @@ def test_what_the_mounts_of_an_engine_show_that_nobody_else_hears_is_in_the_band
 
 
 def test_data_of_an_engine_that_fall_to_nothing_leave_one_answer_and_a_band_that_holds_both():
-    """The deck still gives a thrust of such data: taken in turn with the mounts', 46 % of the estimates were 3 to 14.8
-    sigmas off."""
+    """The thrust of an engine that is off was measured with, in turn with the mounts: 46 % of a flight's estimates were
+    3 to 14.8 sigmas off."""
     thrust_filter, thrusts = ThrustFilter(FusionSettings(), 0, 0.5 / HZ), []  # forces are means over a step
     rng = np.random.default_rng(0)
     for k in range(800):

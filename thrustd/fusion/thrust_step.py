@@ -130,7 +130,7 @@ def _zero(m: Any, t: Any, s: Any) -> None:
     m.calibrated_now = m.off and stands and not m.calibrated and isfinite(t.mount_n)
     m.calibrated |= m.off or t.burns or t.n1_pct >= s.engine_off_n1_pct
     if m.contradicted:
-        t.brochure_n, t.brochure_std_n, t.brochure_lag_n = t.off_n, hypot(s.engine_off_std_n, t.off_std_n), 0.0
+        t.brochure_n, t.brochure_std_n = t.off_n, hypot(s.engine_off_std_n, t.off_std_n)  # said, not measured with
     if m.off:
         m.h[0] = 0.0
         m.h[0, THRUST] = 1.0
