@@ -176,6 +176,26 @@ def test_mounts_and_brochure_that_agree_prove_no_more_than_the_better_of_both():
     assert 800.0 < said[0] - thrust_n < 3.0 * np.sqrt(said[1] + more_n2) < 1200.0
 
 
+def uncorrected_n(apart_n, out, heard):
+    """Sigma that the estimate gets, and its own beside it, where both mounts show so much more than all others."""
+    high = apart_n * np.array((SHARE, 1 - SHARE, 0.0, 0.0, 0.0))
+    *_, (rows, n) = flown(lambda t_s: high, 300.0)
+    evidence.weigh(rows, n, SHARE, onsets.WELL, INSTALLED, heard[0], out)
+    said = out[onsets.WELL, 1:]
+    return np.sqrt(evidence.uncorrected_n2(rows, n, SHARE, np.zeros(N_SOURCES), INSTALLED, said)), said
+
+
+def test_where_mounts_and_brochure_differ_by_more_than_they_should_no_mean_of_both_has_a_smaller_sigma():
+    out, heard = np.zeros((onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD)
+    agree_n, _ = uncorrected_n(0.0, out, heard)
+    assert uncorrected_n(100.0, out, heard)[0] < 1.1 * agree_n  # as much as they should
+    for apart_n in (-900.0, 900.0):
+        more_n, (thrust_n, variance_n2) = uncorrected_n(apart_n, out, heard)
+        sigma_n = np.sqrt(variance_n2 + more_n**2)
+        assert more_n > 1.5 * agree_n
+        assert min(abs(thrust_n - 3000.0), abs(thrust_n - 3000.0 - apart_n)) < 2.0 * sigma_n  # whoever is right
+
+
 def taking_off(scale, deck, seconds, installed=INSTALLED, zero_n=0.0):
     """Estimate, sigma, truth so long after the throttle rests at 9 kN; mounts and deck err by these parts.
 

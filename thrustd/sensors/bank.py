@@ -241,8 +241,9 @@ def _look_at(
     if past[e].n < 2:
         return -1
     rows = past[e].rows[:]  # an array, as the copies of it: one machine code for both
-    before = WELL if memory.anew[e] else found[e]
-    memory.anew[e] = 0
+    before = found[e]
+    if memory.anew[e] != 0:
+        before, memory.anew[e], memory.heard[e].either_s = WELL, 0, 0.0
     odds = _weigh(memory, engines, e, rows, before, out)
     lead = lead_of(before, out)
     memory.odds[e] = min(odds, memory.odds[e] if lead == ACCELERATION_OFF else 0.0)  # refuted while it lasts

@@ -44,7 +44,7 @@ from thrustd.sensors.onsets import (
     of_scale,
     of_stretches,
 )
-from thrustd.sensors.past import COUNTS, LEVEL_N, LOWER, N_SOURCES, PRESSURE_PA, SAID, UPPER
+from thrustd.sensors.past import COUNTS, FUEL_FLOW, LEVEL_N, N_SOURCES, PRESSURE_PA, SAID
 from thrustd.sensors.positive import factor_large, forward, inverse
 
 # of an engine that turns: ram drag of 10 kg/s at flight idle, less what is left of the gross thrust; of one that burns
@@ -120,20 +120,25 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
         u(m, v) = v + (m - thrust)^2 - variance      m, v: thrust, variance if the installation errs as its prior
         max(u of all sources, min(u of the brochure alone, what the installation does to the mounts))
 
+    of all sources with v max(1, d^2 / var d), d: the thrust by the mounts alone less that by the brochure alone
+
     Mounts and brochure that agree prove no more than the better of both: nobody knows how their errors go together.
+    Where they differ by more than they should, somebody's sigma is too small, and a mean of both has no smaller one.
     Agreement within the deck's own error proves no nacelle without drag: the prior is not weighed against the bench's.
     `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
     Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects; Julier & Uhlmann 1997 (covariance
-    intersection).
+    intersection); Birge, Phys. Rev. 40 (1932) 207 (means of what does not agree).
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
-    mean_n, more_n2 = _said(rows, n, parts, off, installed)
-    together_n2 = more_n2 + (mean_n - said[0]) ** 2 - said[1]
-    alone = off.copy()
-    alone[UPPER] = alone[LOWER] = 1.0
-    mean_n, more_n2 = _said(rows, n, parts, alone, installed)
-    better_n2 = min(installed_n2(rows, 0, 0, installed), more_n2 + (mean_n - said[0]) ** 2 - said[1])
-    return max(together_n2, better_n2, 0.0)
+    by_mounts, by_brochure = off.copy(), off.copy()
+    by_mounts[FUEL_FLOW:], by_brochure[:FUEL_FLOW] = 1.0, 1.0
+    mean_n, all_n2 = _said(rows, n, parts, off, installed)
+    mounts_n, mounts_n2 = _said(rows, n, parts, by_mounts, installed)
+    brochure_n, brochure_n2 = _said(rows, n, parts, by_brochure, installed)
+    apart2 = max((mounts_n - brochure_n) ** 2 / (mounts_n2 + brochure_n2), 1.0)
+    together_n2 = all_n2 * apart2 + (mean_n - said[0]) ** 2 - said[1]
+    alone_n2 = brochure_n2 + (brochure_n - said[0]) ** 2 - said[1]
+    return max(together_n2, min(installed_n2(rows, 0, 0, installed), alone_n2), 0.0)
 
 
 @compiled

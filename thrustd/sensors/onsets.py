@@ -103,6 +103,7 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
         ("logs", np.float64, N_ALONE),  # ln of the evidence of each, prior included
         ("moved", np.float64, N_ALONE),  # the worst that the aircraft's motion has said of each: see `motion`
         ("all_moved", np.float64, 2),  # and of what all mounts share, and all brochures
+        ("either_s", np.float64),  # one of the two was found by then, and nothing tells which; 0: none was
     ]
 )
 

@@ -12,7 +12,8 @@ and thrust (by those that are well then), or in what its sensor does:
     all engine data      over minutes and thrust: they stand still
 
 Every engine leaves what the others need of it (`HEARD`). Weighed while an engine may not be well: a shared fault of
-which no engine shows anything is none. Equations: see `evidence`.
+which no engine shows anything is none. One of both that was found, and nobody could tell which, stays as one that was
+found: rows that thin forget how it began, and it may be older than all of them. Equations: see `evidence`.
 """
 
 from math import exp, log
@@ -27,6 +28,7 @@ from thrustd.sensors.evidence import log_pushes, sum_up
 from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
 from thrustd.sensors.fault_shape import FAULT_REACH_N, FAULT_S, ROUGH, smooth
 from thrustd.sensors.kinematics import Bias, shown
+from thrustd.sensors.lead import FOUND, OVER
 from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, LIKE, NEW, SIZES_N, STAYS, WELL
 from thrustd.sensors.positive import factor
 
@@ -116,6 +118,16 @@ def _shape(cause: int, way: int, t_s: Floats, level_n: Floats, own: Floats) -> F
 
 
 @compiled
+def _may_be(k: int, way: int, m: int, slowly: bool, t_s: Floats, found_s: float) -> bool:
+    """Whether such a fault may have begun at the m-th row; `found_s`: 0, or the time when it was there already."""
+    before = m - 1 if slowly else m  # the newest row without it
+    if before == len(t_s):
+        return found_s != 0.0  # older than all rows
+    begins = before > 0 if slowly else k == 0 and way == 0
+    return begins and (found_s == 0.0 or t_s[before] <= found_s)
+
+
+@compiled
 def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Floats) -> None:
     """One cause, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
     k, prior = cause // 2, DATA if cause == ENGINE_DATA else SHARED if cause == AIR_DATA else 0.5 * SHARED
@@ -125,7 +137,6 @@ def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Fl
     n, sizes = len(t_s), SIZES_N[LIKE[k] - 1]
     across, seen = np.empty(n), Seen(np.empty((n, n)), np.empty(n), np.empty(n), t_s)
     room, logs, said, told = room_for(n), np.empty(6 * n), np.empty((6 * n, 2)), 0
-    prior /= 6.0 if k == 0 else 4.0 if cause == AIR_DATA else 2.0  # ways and sizes
     for way in range(1 if cause == ENGINE_DATA else 0, 2):
         shape = _shape(cause, way, t_s, level_n, own)
         for m in range(1, n + 1):
@@ -133,14 +144,15 @@ def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Fl
             for size in range(2):
                 solved = solve(sizes[size], m, seen, shape, room)
                 for slowly in range(2):
-                    if m == 1 if slowly else k or way or m == n:
+                    if not _may_be(k, way, m, bool(slowly), t_s, heard[e].either_s):
                         continue
                     ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
                     said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
                     pushes = log_pushes(said[told, 0], said[told, 1], heard[e].pressure_pa)
-                    logs[told] = ratio + log(prior / (n - 1)) + pushes
+                    logs[told] = ratio + pushes
                     told += 1
     sum_up(logs[:told], said[:told], row)
+    row[0] += log(prior / told)  # ways, sizes, onsets
 
 
 @compiled
@@ -160,21 +172,25 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
 
     -> ln of the odds that what all mounts share is the accelerometer.
     """
-    others, doubt, alone = 0, 1.0 - heard[e].well, 0.0
+    one, others, doubt, alone = found >= ACCELERATION_OFF, 0, 1.0 - heard[e].well, 0.0
+    either = heard[e].either_s != 0.0 and not one
     for o in range(len(heard)):
         if heard[o].n > 0:
             alone += heard[o].log_alone
             others += 1 if o != e else 0
             doubt = max(doubt, 1.0 - heard[o].well)
-    if others == 0 or (doubt < DOUBT and found < ACCELERATION_OFF):
+    if others == 0 or not (one or either or doubt >= DOUBT):
+        heard[e].either_s = 0.0
         return 0.0
     logs, odds = np.zeros(3), _weigh_both(heard, e, 0, bias, out[WELL], out[ACCELERATION_OFF])
     _weigh_both(heard, e, 1, bias, out[WELL], out[AIR_OFF])
     for k in range(2):
         which = ACCELERATION_OFF + k
-        logs[k] = out[which, 0] - alone + (log(STAYS / SHARED) if which == found else 0.0)
-    if found >= ACCELERATION_OFF:
+        stays = STAYS if which == found else 0.5 * STAYS if either else SHARED
+        logs[k] = out[which, 0] - alone + log(stays / SHARED)
+    if one or either:
         logs[2] = log(1.0 - STAYS)
+    if one:
         logs[AIR_OFF - found] += logs[2]
     most = logs.max()
     total = exp(logs[0] - most) + exp(logs[1] - most) + exp(logs[2] - most)
@@ -182,4 +198,9 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
         out[which, 0] *= exp(logs[2] - most) / total
     for k in range(2):
         out[ACCELERATION_OFF + k, 0] = exp(logs[k] - most) / total
+    either_p = 0.0 if one else out[ACCELERATION_OFF, 0] + out[AIR_OFF, 0]
+    if either_p <= OVER:
+        heard[e].either_s = 0.0
+    elif not either and either_p > FOUND:
+        heard[e].either_s = heard[e].t_s[0]
     return odds
