@@ -167,6 +167,21 @@ def _weigh_both(heard: Any, e: int, k: int, bias: Bias, well: Floats, row: Float
 
 
 @compiled
+def _tell(logs: Floats, said: Any, one: bool, out: Floats) -> None:
+    """Of both and of neither, `logs` (3,), the probabilities into `out`; whether one of both was found by an engine."""
+    most = logs.max()
+    total = exp(logs[0] - most) + exp(logs[1] - most) + exp(logs[2] - most)
+    out[:ACCELERATION_OFF, 0] *= exp(logs[2] - most) / total
+    for k in range(2):
+        out[ACCELERATION_OFF + k, 0] = exp(logs[k] - most) / total
+    either_p = 0.0 if one else out[ACCELERATION_OFF, 0] + out[AIR_OFF, 0]
+    if either_p <= OVER:
+        said.either_s = 0.0
+    elif said.either_s == 0.0 and either_p > FOUND:
+        said.either_s = said.t_s[0]
+
+
+@compiled
 def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> float:
     """Puts both among what engine e may have alone, `out` (N_HYPOTHESES, 3) of `weigh`; `found`: see there.
 
@@ -192,15 +207,5 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
         logs[2] = log(1.0 - STAYS)
     if one:
         logs[AIR_OFF - found] += logs[2]
-    most = logs.max()
-    total = exp(logs[0] - most) + exp(logs[1] - most) + exp(logs[2] - most)
-    for which in range(ACCELERATION_OFF):
-        out[which, 0] *= exp(logs[2] - most) / total
-    for k in range(2):
-        out[ACCELERATION_OFF + k, 0] = exp(logs[k] - most) / total
-    either_p = 0.0 if one else out[ACCELERATION_OFF, 0] + out[AIR_OFF, 0]
-    if either_p <= OVER:
-        heard[e].either_s = 0.0
-    elif not either and either_p > FOUND:
-        heard[e].either_s = heard[e].t_s[0]
+    _tell(logs, heard[e], one, out)
     return odds

@@ -19,9 +19,11 @@ const turnTo = (name) => {
 const asRead = ({ reading, mapped }) => JSON.stringify([reading?.[""], mapped]);
 
 // again(): before it is shown anew; forgotten where the file is another one by now, or another tab has said what it is
+// saidElsewhere(): while it is shown; another reading of the file alone takes nothing from under somebody's hands
 export function columnsPanel(name) {
   const root = panel(`Columns of ${name}`, [], h("p.empty", "Reading …")),
-    from = asRead(recording(name));
+    from = asRead(recording(name)),
+    before = JSON.stringify(recording(name).mapped);
   let said = null;
   const done = () => {
     if (store.ui.columns === name) turnTo(null); // another file's may be asked for since
@@ -36,6 +38,7 @@ export function columnsPanel(name) {
     if (said && now && asRead(now) === from) said.draw();
     else store.ui.panel = null;
   };
+  const saidElsewhere = () => JSON.stringify(recording(name)?.mapped) !== before;
   attempt(ask)();
-  return { name, root, again };
+  return { name, root, again, saidElsewhere };
 }

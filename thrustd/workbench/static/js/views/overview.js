@@ -15,7 +15,8 @@ export function overview(root) {
     const { recordings, models } = store.server,
       named = recordings.some((one) => one.name === store.ui.columns && one.table) ? store.ui.columns : null;
     // of the file whose columns are being said; what is half said stays when another screen is looked at meanwhile
-    if (named !== store.ui.panel?.name) store.ui.panel = named && columnsPanel(named);
+    const { panel: shown } = store.ui;
+    if (named !== shown?.name || shown?.saidElsewhere()) store.ui.panel = named && columnsPanel(named);
     fill(
       root,
       heading("Overview", "Recordings and models of the folder. The page and the command line read the same files."),
