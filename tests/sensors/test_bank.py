@@ -49,3 +49,22 @@ def test_a_bank_that_goes_on_knows_all_of_its_past_and_since_when_its_engines_tu
     started_s = [engine["since_s"][0] for engine in memory["bank"]]
     assert started_s[0] < 0.0 < started_s[1] and all(memory["bank"][0]["lagged_n"])
     assert [engine["since_s"][0] for engine in later.snapshot()["bank"]] == [s + 7.0 for s in started_s]
+
+
+def test_what_was_found_and_nobody_can_tell_apart_is_known_to_a_bank_that_goes_on():
+    """Mounts of both engines that drift alike: the status says that nothing tells, and says so after a restart."""
+    rng, monitor = np.random.default_rng(5), Monitor(LAYOUT, CITATION, SHARES)
+
+    def told(who, first, last):
+        for k in range(first, last):
+            read, drift_n = cruise(k, rng), 8.0 * np.clip(k / 10 - FROM_S, 0.0, 60.0)
+            for mount in range(4):
+                read["deformation_mm", mount] += drift_n / 2.0 / 3600.0
+            yield [bool(status & Status.DISAGREE) for status in who.step(monitor_inputs(k, read)).status]
+
+    assert np.all(list(told(monitor, 0, 2400))[-600:])
+    memory = json.loads(json.dumps(monitor.snapshot()))
+    again, later = Monitor(LAYOUT, CITATION, SHARES), Monitor(LAYOUT, CITATION, SHARES)
+    assert again.restore(memory) and later.restore(memory, 7_000_000_000)
+    assert [one["either_s"] for one in later.snapshot()["bank"]] == [one["either_s"] + 7.0 for one in memory["bank"]]
+    assert np.all(list(told(again, 2400, 3000))[20:])  # as soon as both engines were weighed

@@ -158,16 +158,19 @@ class Bank:
 
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
-        return [{"found": int(found), **told(past)} for past, found in zip(self._past, self.found, strict=True)]
+        engines = zip(self._past, self.found, self._memory.heard["either_s"].tolist(), strict=True)
+        return [{"found": int(found), "either_s": either_s, **told(past)} for past, found, either_s in engines]
 
     def restore(self, engines: Sequence[Any], shift_ns: int) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none. Raises on what is no numbers."""
-        read = [(int(engine["found"]), recalled(engine, shift_ns * 1e-9)) for engine in engines]
-        sane = len(read) == len(self.found) and all(0 <= found < N_HYPOTHESES for found, _ in read)
+        shift_s = shift_ns * 1e-9
+        read = [(int(one["found"]), float(one["either_s"]), recalled(one, shift_s)) for one in engines]
+        sane = len(read) == len(self.found) and all(0 <= found < N_HYPOTHESES for found, *_ in read)
         if sane:
             self._turn[0] = -1  # what nobody corrects is asked for at once
-            for e, (found, past) in enumerate(read):
+            for e, (found, either_s, past) in enumerate(read):
                 self.found[e], self._past[e] = found, past[0]
+                self._memory.heard["either_s"][e] = either_s + shift_s if either_s else 0.0
                 if past["n"][0]:
                     newest = past["rows"][0, 0]
                     self.rows[e, WELL, P], self.rows[e, found, P] = 0.0, 1.0

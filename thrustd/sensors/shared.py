@@ -195,7 +195,6 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
             others += 1 if o != e else 0
             doubt = max(doubt, 1.0 - heard[o].well)
     if others == 0 or not (one or either or doubt >= DOUBT):
-        heard[e].either_s = 0.0
         return 0.0
     logs, odds = np.zeros(3), _weigh_both(heard, e, 0, bias, out[WELL], out[ACCELERATION_OFF])
     _weigh_both(heard, e, 1, bias, out[WELL], out[AIR_OFF])
