@@ -17,6 +17,7 @@ from thrustd.core.signals import CATALOGUE
 from thrustd.records.recording import no_column, signal_of, unit_of
 from thrustd.records.units import CONVERSIONS, UNITS, unit_said
 
+UNITS_KEY, AS_NAMED = "units", "as named"  # of a recording's metadata: of all its columns; with a name, of this one
 _NUMBER = r"\d+\.?\d*(?:[eE][-+]?\d+)?"
 _OURS = re.compile(rf"([A-Za-z]\w*)(?:\s*\*\s*([-+]?{_NUMBER}))?\s*([-+]{_NUMBER})?")
 
@@ -54,6 +55,11 @@ def renamed(name: str, columns: Mapping[str, Floats], renames: Sequence[Rename])
         plain = (rename.factor, rename.offset) == (1.0, 0.0)
         changed[rename.ours] = column if plain else column * rename.factor + rename.offset
     return changed, [remark for rename in renames if (remark := _remark(rename.ours))]
+
+
+def units_said(renames: Sequence[Rename]) -> dict[str, str]:
+    """Metadata of a recording whose columns were converted: nothing guesses at their units again."""
+    return {f"{UNITS_KEY} {each.ours}": AS_NAMED for each in renames if (each.factor, each.offset) != (1.0, 0.0)}
 
 
 def _remark(ours: str) -> str:

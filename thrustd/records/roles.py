@@ -11,12 +11,11 @@ from typing import NamedTuple
 
 from thrustd.core.errors import RecordingError
 from thrustd.records.recording import Recording, unit_of
+from thrustd.records.rename import AS_NAMED, UNITS_KEY
 from thrustd.records.units import unit_in_brackets
 
 INPUT, OUTPUT = "deformation_mm", "force_N"
 _INPUT_KEY, _OUTPUT_KEY = "input column", "output column"
-_TRUSTED_KEY = "units"
-_TRUSTED = "as named"
 COLUMNS = "columns"  # of a model's provenance: input, output
 
 
@@ -81,8 +80,9 @@ def roles_in(provenance: Mapping[str, object]) -> Roles:
 
 def with_trusted_units(record: Recording) -> Recording:
     """The same, its columns taken to be in the units of their names whatever their size."""
-    return replace(record, metadata=record.metadata | {_TRUSTED_KEY: _TRUSTED})
+    return replace(record, metadata=record.metadata | {UNITS_KEY: AS_NAMED})
 
 
-def units_trusted(record: Recording) -> bool:
-    return record.metadata.get(_TRUSTED_KEY) == _TRUSTED
+def units_trusted(record: Recording, column: str | None = None) -> bool:
+    """Whether somebody said the unit: of every column, or of this one, which was converted while it was read."""
+    return AS_NAMED in (record.metadata.get(UNITS_KEY), record.metadata.get(f"{UNITS_KEY} {column}"))

@@ -18,7 +18,7 @@ from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.loaded import Loaded
 from thrustd.records.offer import offered_renames
 from thrustd.records.recording import TIME, Recording, make_recording, no_column, signal_of
-from thrustd.records.rename import Rename, check_unit, renamed
+from thrustd.records.rename import Rename, check_unit, renamed, units_said
 
 CLOCK_SHARE = 0.01  # of a step: so much may a clock be off the rate that was asked for
 
@@ -54,7 +54,9 @@ def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] =
             f"{no_column(name, axis.column, columns)}{others}; expected {found}{', or ' if found else ''}"
             "a column of seconds (--time COLUMN) or the sample rate (--rate HZ; for `thrustd convert` --sampled HZ)"
         )
-    return make_recording(name, columns, loaded.metadata, sha256, (*loaded.notes, *remarks, *notes))
+    return make_recording(
+        name, columns, loaded.metadata | units_said(renames), sha256, (*loaded.notes, *remarks, *notes)
+    )
 
 
 def _of_one_length(name: str, columns: dict[str, Floats]) -> tuple[dict[str, Floats], list[str]]:

@@ -6,13 +6,15 @@ import pytest
 from tests.diagnose.scene import inertia, mount, record
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.errors import ModelError, RecordingError, ThrustdError
-from thrustd.diagnose.compare.checks import check_channels
+from thrustd.diagnose.compare.checks import check_channels, check_recording
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.reference import as_mount, with_reference
 from thrustd.diagnose.extend.extend import extend
 from thrustd.diagnose.search.candidates import judgeable
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.model.effects import effect_named
+from thrustd.records.rename import read_rename
+from thrustd.records.time_axis import TimeAxis, read_timed
 
 BASE = record(n=6000)
 
@@ -43,6 +45,17 @@ def test_a_bad_record_is_refused_in_one_line(data, words):
     with pytest.raises(RecordingError, match=words) as raised:
         diagnose(mount(), [data])
     assert "\n" not in str(raised.value)
+
+
+def test_a_column_that_was_converted_while_it_was_read_is_in_the_unit_of_its_name(tmp_path):
+    """A shaker of 12 g; the axis was recorded in m/s2 and --rename says so. Nothing is guessed at again, here."""
+    shaken = scaled("accel_x_g", 9.80665 * 12).with_channels(temperature_degC=BASE["temperature_degC"] + 273.15)
+    columns = {name.replace("accel_x_g", "shaker"): column for name, column in shaken.channels.items()}
+    np.savez(tmp_path / "rig.npz", time_s=shaken.time_s, **columns)
+    converted = read_timed(tmp_path / "rig.npz", TimeAxis(), [read_rename("shaker=accel_x_g*1.0+0.001")])
+    with pytest.raises(RecordingError, match="that is kelvin"):
+        check_recording(converted, mount())
+    check_recording(converted.with_channels(temperature_degC=BASE["temperature_degC"]), mount())
 
 
 def test_an_effect_already_present_is_refused():
