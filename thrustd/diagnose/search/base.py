@@ -59,6 +59,7 @@ class Base:
     calibration: float = 0.0  # one sigma of the transducer's scale: no amplitude is known better
     as_is_mse: float = np.inf  # of the model itself on these records, its core as it is
     opposes: bool = False  # its force and that of these records pull opposite ways
+    explained: float = 0.0  # mean square that the model's effects did when they were added
     own_mse: float = np.inf  # the same where no bench says how far its core may move
     own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
     least: float = 0.0  # what no function of the motion explains, once it was asked for (`unexplained`)
@@ -113,7 +114,12 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     if from_bench and zero:
         shape, information = _zeroed(shape, information, zero)
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
-    return _beside(Base(shape, point, information, noise, promised), terms)
+    return _beside(Base(shape, point, information, noise, promised, explained=_explained_n2(spec) / scale**2), terms)
+
+
+def _explained_n2(spec: ModelSpec) -> float:
+    """By the model's ledger, N^2."""
+    return sum(max(entry.rmse_before_n**2 - entry.rmse_after_n**2, 0.0) for entry in spec.ledger)
 
 
 def remembering(base: Base, segments: Sequence[Segment]) -> Base | None:

@@ -7,8 +7,9 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
+from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.curves import NEAR, Followed, nearly
-from thrustd.diagnose.search.floor import EXACTLY, MOST
+from thrustd.diagnose.search.floor import EXACTLY, MOST, before
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
 
 FAR = 3.0  # as standard errors: a law so far from the best is no part of an interval
@@ -129,13 +130,21 @@ def look_alikes(best: Joint, fits: Sequence[Joint], margin: float = 0.0) -> tupl
     return tuple("+".join(words) for words in found)
 
 
-def margin(nothing: Joint, best: Joint, before: float) -> float:
+def inexact(base: Base, nothing: Joint, best: Joint) -> float:
+    """Mean square that the laws found so far, here and before, may leave by not holding exactly.
+
+    What is found in two rounds is judged as if it were found in one.
+    """
+    return LAW * (base.explained + max(before(nothing, base) - best.mse, 0.0))
+
+
+def margin(base: Base, nothing: Joint, best: Joint) -> float:
     """Mean square that one law may leave more than another on these records though it is the true one.
 
     No law holds better than to LAW of what it explains, and what it misses by may be what the other law has. By chance
     that is the less likely the more ways these records try it in: every one is a trial (`ways`).
     """
-    return SIGMAS_95**2 * LAW * max(before - best.mse, 0.0) / ways(nothing, best)
+    return SIGMAS_95**2 * inexact(base, nothing, best) / ways(nothing, best)
 
 
 def ways(nothing: Joint, best: Joint) -> float:

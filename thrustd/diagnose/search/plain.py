@@ -9,7 +9,7 @@ import numpy as np
 from thrustd.core.columns import Floats
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands, untold
-from thrustd.diagnose.search.floor import at_floor, before, mostly
+from thrustd.diagnose.search.floor import at_floor, mostly
 from thrustd.diagnose.search.grow import begun_like, hopeful, joined
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
 from thrustd.diagnose.search.library import Rig, terms_of
@@ -104,7 +104,7 @@ def alike(base: Base, records: Sequence[Record], ranked: Ranked, best: Joint, ri
 
     Beside one effect every other that looks so; beside several those without a member, by other laws of the rest.
     """
-    within = margin(ranked.nothing, best, before(ranked.nothing, base))
+    within = margin(base, ranked.nothing, best)
     if len(best.terms) > 1:
         fewer = [by_other_laws(base, records, without(best, term), rig, ranked.fits) for term in best.terms]
         return look_alikes(best, [*ranked.fits, *itertools.chain(*fewer)], within)

@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.better import LAW, eased, gained, simplest, stands
-from thrustd.diagnose.search.floor import at_floor, before, floor_of, left, most_at_floor
+from thrustd.diagnose.search.better import eased, gained, inexact, simplest, stands
+from thrustd.diagnose.search.floor import at_floor, floor_of, left, most_at_floor
 from thrustd.diagnose.search.grow import (
     begin_at,
     begun_elsewhere,
@@ -170,26 +170,21 @@ def adds(base: Base, nothing: Joint, best: Joint, fit: Joint) -> bool:
     A small effect beside a large one may be what the large one's law missed, unless it explains the rest to the floor.
     """
     removed = best.mse - fit.mse
-    large = removed > _known(base, nothing, best) or (at_floor(fit, base) and removed > fit.mse)
+    large = removed > inexact(base, nothing, best) or (at_floor(fit, base) and removed > fit.mse)
     return gained(best, fit) and fit.shown and (large or (not best.terms and eased(best, fit)))
 
 
 def taken(base: Base, nothing: Joint, best: Joint, size: int) -> float:
     """Mean square below which a set of so many effects may be taken in the best one's place (`adds`, `advanced`)."""
     floor = most_at_floor(best, base)
-    larger = max(best.mse - _known(base, nothing, best), min(floor, best.mse / 2.0))
+    larger = max(best.mse - inexact(base, nothing, best), min(floor, best.mse / 2.0))
     return larger if size <= len(best.terms) + 1 else min(larger, floor)
 
 
 def room(base: Base, nothing: Joint, best: Joint) -> bool:
     """Whether one effect more could gain, were it to explain everything down to the floor."""
     level = floor_of(best, base) ** 2
-    return not at_floor(best, base) and left(best, base) - level > min(_known(base, nothing, best), level)
-
-
-def _known(base: Base, nothing: Joint, best: Joint) -> float:
-    """What the laws found so far may leave by not holding exactly."""
-    return LAW * (before(nothing, base) - best.mse)
+    return not at_floor(best, base) and left(best, base) - level > min(inexact(base, nothing, best), level)
 
 
 def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
