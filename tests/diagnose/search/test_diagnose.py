@@ -62,6 +62,16 @@ def test_two_effects_that_hide_each_other_are_found_together():
     assert report.rmse_after_n < 1.1 * NOISE_N
 
 
+def test_what_a_core_removes_that_moves_is_no_effects_doing():
+    """A bench 2 % too soft leaves 70 N, 12 N once the core has moved: nobody is listed who leaves those 12 N too."""
+    report = diagnose(mount(k1=4900.0, own_n=60.0), [record()])
+    assert report.verdict == ("none",) and report.rmse_before_n > 5.0 * report.rmse_after_n
+    assert {one.rmse_after_n for one in report.candidates} == {report.rmse_before_n}
+    console = Console(width=120, file=io.StringIO())
+    report.print(console)
+    assert "Absent effects" not in console.file.getvalue()
+
+
 def test_the_mass_comes_out_in_kilograms_with_an_honest_band():
     report = diagnose(mount(), [record([inertia(100.0)])])
     number = report.candidates[0].parameters[0]

@@ -24,7 +24,7 @@ from thrustd.diagnose.search.better import WORTH, likely, stands
 from thrustd.diagnose.search.candidates import NotJudged, by_other_temperatures, judgeable, not_judged_lines
 from thrustd.diagnose.search.curves import nearly
 from thrustd.diagnose.search.dependence import dependences
-from thrustd.diagnose.search.diagnose_report import CandidateReport, DiagnoseReport
+from thrustd.diagnose.search.diagnose_report import REMOVES, CandidateReport, DiagnoseReport
 from thrustd.diagnose.search.explained import explained
 from thrustd.diagnose.search.floor import at_floor, before, floor_of, left, signed, something
 from thrustd.diagnose.search.joint import Joint, told
@@ -176,9 +176,14 @@ def _candidates(base: Base, ranked: Ranked, verdict: Verdict) -> list[CandidateR
 
 
 def _other(base: Base, looked: Looked, fit: Joint | None, ranked: Ranked, best: Joint) -> CandidateReport:
-    """An effect alone: estimated whole, or as the linear look saw it, which is no better than the best estimated."""
+    """An effect alone: estimated whole, or as the linear look saw it, which is no better than the best estimated.
+
+    What a core that moves removes is none of the effect's.
+    """
     scale, nothing = base.scale, ranked.nothing
     mse = fit.mse + ranked.tremble if fit else max(looked.leaves + ranked.tremble, left(best, base))
+    if mse > REMOVES**2 * nothing.mse:
+        mse = before(nothing, base)
     numbers = tuple(estimates_of(base, fit)) if fit is not None else ()
     name = fit.terms[0].effect.name if fit is not None else looked.term.effect.name
     was, after = (scale * float(np.sqrt(each)) for each in (before(nothing, base), min(mse, before(nothing, base))))

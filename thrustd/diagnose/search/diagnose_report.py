@@ -15,7 +15,7 @@ from thrustd.diagnose.search.told import ParameterEstimate, sentences, shown
 
 ON_BLOCKS = "on held-back blocks"
 SHOWN = 8  # candidates in the table
-WORTH = 0.99  # of the error before: who leaves more than that removes nothing
+REMOVES = 0.99  # of the error before: who leaves more than that removes nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,7 +97,7 @@ class DiagnoseReport:
                     console.print(f"    {line}")
                 if candidate.separable_from:
                     console.print(f"    looks like: {', '.join(candidate.separable_from)}")
-        if any(c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n for c in self.candidates):
+        if any(c.in_verdict or c.rmse_after_n < REMOVES * c.rmse_before_n for c in self.candidates):
             console.print(_table(self))
         for dependence in self.depends_on:
             console.print(
@@ -141,7 +141,7 @@ def _table(report: DiagnoseReport) -> Table:
         table.add_column(heading, justify="right")
     table.add_column("amplitude, 95 %")
     table.add_column("looks like")
-    worth = [c for c in report.candidates if c.in_verdict or c.rmse_after_n < WORTH * c.rmse_before_n]
+    worth = [c for c in report.candidates if c.in_verdict or c.rmse_after_n < REMOVES * c.rmse_before_n]
     for c in worth[:SHOWN]:
         after = newtons(c.rmse_after_n)
         table.add_row(c.effect, newtons(c.rmse_before_n), after, shown(c.parameters), ", ".join(c.separable_from))

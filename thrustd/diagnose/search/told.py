@@ -43,10 +43,12 @@ class ParameterEstimate:
 
     @property
     def interval(self) -> str:
-        """95 %, two digits of its half width."""
+        """95 %, two digits of its half width; a number that ended where it cannot move has none."""
         wide = self.half_width
-        decimals = max(0, 1 - floor(log10(wide))) if wide > 0.0 else 3
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
+        if not wide > 0.0:
+            return f"{self.value:.3g}{unit}{f' (its {self.bound} bound)' if self.bound else ''}"
+        decimals = max(0, 1 - floor(log10(wide)))
         side = f" (negative: {self.negative})" if self.negative else ""
         return f"{self.value:.{decimals}f} +- {wide:.{decimals}f}{unit}{side}"
 
@@ -86,8 +88,8 @@ def sentence_of(numbers: Sequence[ParameterEstimate]) -> str:
 
 
 def shown(numbers: Sequence[ParameterEstimate]) -> str:
-    """In a table: a spectrum where there is one, else the first number."""
-    every = sorted(gathered(numbers), key=lambda own: len(own) == 1)[:1]
+    """In a table: a spectrum where there is one, else the first number that is not nothing."""
+    every = sorted(gathered(numbers), key=lambda own: (len(own) == 1, own[0].value == 0.0))[:1]
     return "".join(many_of(own) if len(own) > 1 else f"{own[0].name} {own[0].interval}" for own in every)
 
 
