@@ -66,5 +66,7 @@ def test_what_was_found_and_nobody_can_tell_apart_is_known_to_a_bank_that_goes_o
     memory = json.loads(json.dumps(monitor.snapshot()))
     again, later = Monitor(LAYOUT, CITATION, SHARES), Monitor(LAYOUT, CITATION, SHARES)
     assert again.restore(memory) and later.restore(memory, 7_000_000_000)
-    assert [one["either_s"] for one in later.snapshot()["bank"]] == [one["either_s"] + 7.0 for one in memory["bank"]]
+    assert [one["somebody_s"] for one in later.snapshot()["bank"]] == [
+        one["somebody_s"] + 7.0 for one in memory["bank"]
+    ]
     assert np.all(list(told(again, 2400, 3000))[20:])  # as soon as both engines were weighed

@@ -5,7 +5,8 @@ import numpy as np
 from tests.sensors.test_evidence import INSTALLED, SHARE, flown
 from thrustd.sensors import evidence, onsets
 from thrustd.sensors.kinematics import REFUTED, Bias, balance_of, no_balance
-from thrustd.sensors.motion import LIES
+from thrustd.sensors.lead import keep_failure
+from thrustd.sensors.motion import LIES, at_odds
 from thrustd.sensors.past import AIR_MACH, ALONG_G, T_S
 from thrustd.sensors.shared import weigh_shared
 
@@ -73,9 +74,9 @@ def test_engines_that_are_well_share_nothing():
 
 
 def kept_p(remembers, seconds=900.0):
-    """Of what is shared, every second: of an engine whose mounts drifted like the other's, by 400 N in a minute.
+    """That somebody has failed, every second: of an engine whose mounts drifted like the other's, by 400 N in a minute.
 
-    `remembers`: what the engines were found with.
+    `remembers`: that somebody was found to have failed.
     """
     of = lambda t_s: 400.0 * np.clip((t_s - BEGINS_S) / 60.0, 0.0, 1.0) * MOUNTS  # noqa: E731
     thrust_of = lambda t_s: 2000.0 + 500.0 * np.sin(t_s / 120.0)  # noqa: E731
@@ -84,16 +85,19 @@ def kept_p(remembers, seconds=900.0):
         if k % 5 or both[0][1] < 3:
             continue
         for (rows, n), said, row in zip(both, heard, out, strict=True):
-            evidence.weigh(rows, n, SHARE, onsets.WELL, INSTALLED, said, row)
+            before = onsets.SOMEBODY if said["somebody_s"] else onsets.WELL
+            evidence.weigh(rows, n, SHARE, before, INSTALLED, said, row)
         for e in range(2):
-            heard["either_s"] *= remembers
-            weigh_shared(heard, e, onsets.WELL, SILENT, out[e])
-        found.append(out[0, onsets.ACCELERATION_OFF :, 0].sum())
+            before = onsets.SOMEBODY if heard[e]["somebody_s"] else onsets.WELL
+            weigh_shared(heard, e, before, SILENT, out[e])
+            keep_failure(heard[e], onsets.WELL, out[e])
+        heard["somebody_s"] *= remembers
+        found.append(at_odds(out[0]))
     return np.array(found)
 
 
 def test_what_was_found_and_nobody_can_tell_apart_stays_when_rows_forget_how_it_began():
-    """From 400 s on 0.999 instead of 0.1 to 0.3: the band holds who may be wrong, and the status says so."""
+    """From 400 s on 0.998 instead of 0.1 to 0.3: the band holds who may be wrong, and the status says so."""
     kept, forgets = kept_p(True), kept_p(False)
     assert (kept[:145] < 0.1).all() and (kept[180:] > 0.99).all()
     assert (forgets[-100:] < 0.5).all()  # a test that would hold without it says nothing

@@ -22,7 +22,7 @@ from thrustd.core.errors import UsageError
 from thrustd.installation.installation import WarmStart
 from thrustd.sources.plain_file import read_plain
 
-SCHEMA = "thrustd.onboard.checkpoint.v6"
+SCHEMA = "thrustd.onboard.checkpoint.v7"
 MAX_BYTES = 4_000_000
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 OWN_STATUS = Path("/proc/self/stat")

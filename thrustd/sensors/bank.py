@@ -26,7 +26,7 @@ from thrustd.sensors.errors import installed_n2
 from thrustd.sensors.evidence import evidence, uncorrected_n2, weigh
 from thrustd.sensors.jumps import JUMPS, follow, forget, no_jumps
 from thrustd.sensors.kinematics import ACCELERATION, BALANCE, LEAVES, REFUTED, Bias, air_leaves
-from thrustd.sensors.lead import lead_of, likely
+from thrustd.sensors.lead import keep_failure, lead_of, likely
 from thrustd.sensors.motion import DOUBT, Motion, agree, all_moves, at_odds, motion_of, moves
 from thrustd.sensors.onsets import (
     ACCELERATION_OFF,
@@ -39,6 +39,7 @@ from thrustd.sensors.onsets import (
     N_ALONE,
     N_HYPOTHESES,
     NOBODYS,
+    SOMEBODY,
     WELL,
 )
 from thrustd.sensors.past import (
@@ -158,19 +159,19 @@ class Bank:
 
     def snapshot(self) -> list[dict[str, Any]]:
         """By engine, plain numbers."""
-        engines = zip(self._past, self.found, self._memory.heard["either_s"].tolist(), strict=True)
-        return [{"found": int(found), "either_s": either_s, **told(past)} for past, found, either_s in engines]
+        engines = zip(self._past, self.found, self._memory.heard["somebody_s"].tolist(), strict=True)
+        return [{"found": int(found), "somebody_s": since_s, **told(past)} for past, found, since_s in engines]
 
     def restore(self, engines: Sequence[Any], shift_ns: int) -> bool:
         """Take over a snapshot; False, and nothing changed, when it is none. Raises on what is no numbers."""
         shift_s = shift_ns * 1e-9
-        read = [(int(one["found"]), float(one["either_s"]), recalled(one, shift_s)) for one in engines]
+        read = [(int(one["found"]), float(one["somebody_s"]), recalled(one, shift_s)) for one in engines]
         sane = len(read) == len(self.found) and all(0 <= found < N_HYPOTHESES for found, *_ in read)
         if sane:
             self._turn[0] = -1  # what nobody corrects is asked for at once
-            for e, (found, either_s, past) in enumerate(read):
+            for e, (found, since_s, past) in enumerate(read):
                 self.found[e], self._past[e] = found, past[0]
-                self._memory.heard["either_s"][e] = either_s + shift_s if either_s else 0.0
+                self._memory.heard["somebody_s"][e] = since_s + shift_s if since_s else 0.0
                 if past["n"][0]:
                     newest = past["rows"][0, 0]
                     self.rows[e, WELL, P], self.rows[e, found, P] = 0.0, 1.0
@@ -246,9 +247,10 @@ def _look_at(
     rows = past[e].rows[:]  # an array, as the copies of it: one machine code for both
     before = found[e]
     if memory.anew[e] != 0:
-        before, memory.anew[e], memory.heard[e].either_s = WELL, 0, 0.0
-    odds = _weigh(memory, engines, e, rows, before, out)
+        before, memory.anew[e], memory.heard[e].somebody_s = WELL, 0, 0.0
+    odds = _weigh(memory, engines, e, rows, SOMEBODY if memory.heard[e].somebody_s != 0.0 else before, out)
     lead = lead_of(before, out)
+    keep_failure(memory.heard[e], lead, out)
     memory.odds[e] = min(odds, memory.odds[e] if lead == ACCELERATION_OFF else 0.0)  # refuted while it lasts
     changed, found[e] = lead != found[e], lead
     if changed or past[e].n == 2 or turn[0] < EVERY_LOOKS * n:

@@ -31,10 +31,13 @@ from thrustd.sensors.onsets import (
     BLED,
     INSTALLED_OFF,
     LEAST_P,
+    MORE,
     N_ALONE,
     N_HYPOTHESES,
     SCALE_OFF,
+    SOMEBODY,
     STAYS,
+    UNFAILED,
     WELL,
     Scene,
     Told,
@@ -147,11 +150,13 @@ def evidence(
 ) -> Scene:
     """By hypothesis that an engine has alone ln of its evidence, prior included, thrust, variance: `out` (n, 3).
 
-    `found`: the hypothesis that led so far; a fault stays unless it is refuted. `motion`: SILENT, or see `beside`.
+    `found`: the hypothesis that led so far, or SOMEBODY; a fault stays unless it is refuted. `motion`: SILENT, or see
+    `beside`.
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     a, z, ac = _solve(rows, n, parts, installed_as, motion, out)
-    out[WELL, 0] = log(1.0 - STAYS) if WELL < found < N_ALONE else 0.0  # a fault that was found leaves all others less
+    is_one = WELL < found < N_ALONE or found == SOMEBODY
+    out[WELL, 0] = log(1.0 - STAYS) if is_one else 0.0  # a fault that was found leaves all others less
     pressure_pa = rows[0, PRESSURE_PA]
     well = log_pushes(out[WELL, 1], out[WELL, 2], pressure_pa)
     level_n = rows[:n, LEVEL_N].copy()
@@ -171,8 +176,9 @@ def evidence(
         else:
             of_onsets(which, scene, told)
         logs, said = told.logs[: told.n[0]], told.said[: told.n[0]]
+        others = log(MORE) if found == SOMEBODY and which not in UNFAILED else out[WELL, 0]
         for i in range(told.n[0]):
-            logs[i] += 0.0 if which == found else out[WELL, 0]
+            logs[i] += 0.0 if which == found else others
             said[i, 0], said[i, 1] = out[WELL, 1] + said[i, 0], out[WELL, 2] + said[i, 1]
             logs[i] += log_pushes(said[i, 0], said[i, 1], pressure_pa)
         sum_up(logs, said, out[which])

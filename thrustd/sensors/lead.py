@@ -6,7 +6,8 @@ import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.onsets import INSTALLED_OFF, MOUNTS_OFF, SCALE_OFF, WELL
+from thrustd.sensors.motion import at_odds
+from thrustd.sensors.onsets import INSTALLED_OFF, MOUNTS_OFF, NOBODYS, SCALE_OFF, WELL
 
 FOUND, OVER = 0.98, 0.2
 
@@ -24,3 +25,13 @@ def lead_of(found: int, out: Floats) -> int:
     if likely(best, out[:, 0]) > FOUND:
         return WELL if best == INSTALLED_OFF else best
     return WELL if likely(found, out[:, 0]) < OVER else found
+
+
+@compiled
+def keep_failure(heard: Any, lead: int, out: Floats) -> None:
+    """Since when somebody has failed and nothing tells who: that is found, and over, as a fault of one of them is."""
+    p = at_odds(out) if lead in NOBODYS else 0.0
+    if p <= OVER:
+        heard.somebody_s = 0.0
+    elif heard.somebody_s == 0.0 and p > FOUND:
+        heard.somebody_s = heard.t_s[0]

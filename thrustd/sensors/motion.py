@@ -33,7 +33,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
 from thrustd.core.signals import STANDARD_GRAVITY_M_S2
 from thrustd.sensors.errors import SILENT_N2, THRUST_N2, Parts, as_on_the_bench, covariance
-from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, N_ALONE, NOBODYS, SCALE_OFF
+from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, MOUNTS_OFF, N_ALONE, UNFAILED
 from thrustd.sensors.past import (
     ALONG_G,
     BY_MOTION_N,
@@ -189,8 +189,8 @@ def all_moves(rows: Floats, n: int, share: float, installed: Installed, engines:
 @compiled
 def at_odds(out: Floats) -> float:
     """How likely it is that a sensor or the engine failed; a scale or an installation moves no aircraft, either."""
-    odds = 1.0 - out[SCALE_OFF, 0]
-    for which in NOBODYS:
+    odds = 1.0
+    for which in UNFAILED:
         odds -= out[which, 0]
     return float(odds)
 

@@ -42,7 +42,9 @@ WELL, UPPER_OFF, LOWER_OFF, MOUNTS_OFF, FUEL_OFF, N1_OFF, N2_OFF, BROCHURE_OFF, 
 BLED, SCALE_OFF, INSTALLED_OFF = 10, 11, 12
 ACCELERATION_OFF, AIR_OFF = 13, 14  # of all engines: see `shared`
 N_ALONE, N_HYPOTHESES = 13, 15
+SOMEBODY = 15  # in place of one that was found: a sensor or an engine failed, and nothing tells which
 NOBODYS = WELL, BLED, INSTALLED_OFF  # no sensor is at fault
+UNFAILED = (*NOBODYS, SCALE_OFF)  # nor has any failed: an installation in twenty-five has a scale that is wrong
 LIKE = MOUNTS_OFF, BROCHURE_OFF  # what each of the shared ones is on one engine
 ALONE_OFF = (-1, UPPER, LOWER, -1, FUEL_FLOW, N1, N2)  # the source of a hypothesis of one sensor
 # faults: what they may be, N of the source
@@ -66,6 +68,7 @@ ALWAYS = (1e-3, 1e-3, 2e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-4, 1e-4)
 INSTALLED, SCALED = 0.2, 0.04  # one installation in five is off by what no bench shows, one in twenty-five by a scale
 FAR = 10.0  # a scale that is wrong, over one that is not sure: as of all faults
 STAYS = 0.9  # prior of a fault that has been found
+MORE = STAYS / (sum(NEW) + sum(ALWAYS))  # of each, where it was found that there is one
 # Air that is bled (anti-ice) takes fuel and gives no thrust: 5 and 6 % more fuel of both engines at one N1, recorded.
 # One past in twenty has a stretch of it; no sensor is at fault
 BLEED, BLEEDS = 0.05, 0.05
@@ -103,7 +106,7 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
         ("logs", np.float64, N_ALONE),  # ln of the evidence of each, prior included
         ("moved", np.float64, N_ALONE),  # the worst that the aircraft's motion has said of each: see `motion`
         ("all_moved", np.float64, 2),  # and of what all mounts share, and all brochures
-        ("either_s", np.float64),  # one of the two was found by then, and nothing tells which; 0: none was
+        ("somebody_s", np.float64),  # a failure was found by then, and nothing tells whose; 0: none was
     ]
 )
 

@@ -12,8 +12,8 @@ and thrust (by those that are well then), or in what its sensor does:
     all engine data      over minutes and thrust: they stand still
 
 Every engine leaves what the others need of it (`HEARD`). Weighed while an engine may not be well: a shared fault of
-which no engine shows anything is none. One of both that was found, and nobody could tell which, stays as one that was
-found: rows that thin forget how it began, and it may be older than all of them. Equations: see `evidence`.
+which no engine shows anything is none. One that was found, though nothing told whose it is, may be older than all rows:
+rows that thin forget how it began. Equations: see `evidence`.
 """
 
 from math import exp, log
@@ -28,8 +28,18 @@ from thrustd.sensors.evidence import log_pushes, sum_up
 from thrustd.sensors.fault_fit import Alone, Seen, answer, gradual, grow, room_for, solve
 from thrustd.sensors.fault_shape import FAULT_REACH_N, FAULT_S, ROUGH, smooth
 from thrustd.sensors.kinematics import Bias, shown
-from thrustd.sensors.lead import FOUND, OVER
-from thrustd.sensors.onsets import ACCELERATION_OFF, AIR_OFF, BROCHURE_OFF, LIKE, NEW, SIZES_N, STAYS, WELL
+from thrustd.sensors.onsets import (
+    ACCELERATION_OFF,
+    AIR_OFF,
+    BROCHURE_OFF,
+    LIKE,
+    MORE,
+    NEW,
+    SIZES_N,
+    SOMEBODY,
+    STAYS,
+    WELL,
+)
 from thrustd.sensors.positive import factor
 
 REACH_G = 1.4  # 3000 N of a fault go as an engine's weight, 3.7 kN for 1 g
@@ -144,7 +154,7 @@ def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Fl
             for size in range(2):
                 solved = solve(sizes[size], m, seen, shape, room)
                 for slowly in range(2):
-                    if not _may_be(k, way, m, bool(slowly), t_s, heard[e].either_s):
+                    if not _may_be(k, way, m, bool(slowly), t_s, heard[e].somebody_s):
                         continue
                     ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
                     said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
@@ -167,18 +177,13 @@ def _weigh_both(heard: Any, e: int, k: int, bias: Bias, well: Floats, row: Float
 
 
 @compiled
-def _tell(logs: Floats, said: Any, one: bool, out: Floats) -> None:
-    """Of both and of neither, `logs` (3,), the probabilities into `out`; whether one of both was found by an engine."""
+def _tell(logs: Floats, out: Floats) -> None:
+    """Of both and of neither, `logs` (3,), the probabilities into `out`."""
     most = logs.max()
     total = exp(logs[0] - most) + exp(logs[1] - most) + exp(logs[2] - most)
     out[:ACCELERATION_OFF, 0] *= exp(logs[2] - most) / total
     for k in range(2):
         out[ACCELERATION_OFF + k, 0] = exp(logs[k] - most) / total
-    either_p = 0.0 if one else out[ACCELERATION_OFF, 0] + out[AIR_OFF, 0]
-    if either_p <= OVER:
-        said.either_s = 0.0
-    elif said.either_s == 0.0 and either_p > FOUND:
-        said.either_s = said.t_s[0]
 
 
 @compiled
@@ -187,24 +192,22 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
 
     -> ln of the odds that what all mounts share is the accelerometer.
     """
-    one, others, doubt, alone = found >= ACCELERATION_OFF, 0, 1.0 - heard[e].well, 0.0
-    either = heard[e].either_s != 0.0 and not one
+    one, others, doubt, alone = ACCELERATION_OFF <= found < SOMEBODY, 0, 1.0 - heard[e].well, 0.0
     for o in range(len(heard)):
         if heard[o].n > 0:
             alone += heard[o].log_alone
             others += 1 if o != e else 0
             doubt = max(doubt, 1.0 - heard[o].well)
-    if others == 0 or not (one or either or doubt >= DOUBT):
+    if others == 0 or not (one or found == SOMEBODY or doubt >= DOUBT):
         return 0.0
     logs, odds = np.zeros(3), _weigh_both(heard, e, 0, bias, out[WELL], out[ACCELERATION_OFF])
     _weigh_both(heard, e, 1, bias, out[WELL], out[AIR_OFF])
     for k in range(2):
         which = ACCELERATION_OFF + k
-        stays = STAYS if which == found else 0.5 * STAYS if either else SHARED
-        logs[k] = out[which, 0] - alone + log(stays / SHARED)
-    if one or either:
-        logs[2] = log(1.0 - STAYS)
+        more = STAYS / SHARED if which == found else MORE if found == SOMEBODY else 1.0
+        logs[k] = out[which, 0] - alone + log(more)
     if one:
+        logs[2] = log(1.0 - STAYS)
         logs[AIR_OFF - found] += logs[2]
-    _tell(logs, heard[e], one, out)
+    _tell(logs, out)
     return odds
