@@ -62,6 +62,15 @@ def test_two_effects_that_hide_each_other_are_found_together():
     assert report.rmse_after_n < 1.1 * NOISE_N
 
 
+def test_a_law_by_another_thermometer_has_to_be_told_from_those_of_the_mounts_own_columns():
+    """Air that cools with the climb is a clock: rubber that stiffens with time is not said to follow it."""
+    aged = record([EffectSpec("ageing", {"ageing_1_h": 0.3, "settling_h": 0.05})])
+    climbing = aged.with_channels(sat_degC=15.0 - 10.0 * (1.0 - np.exp(-aged.time_s / 180.0)))
+    report = diagnose(mount(), [climbing])
+    assert report.verdict == ("ageing",) and report.grade == "cannot be told"
+    assert "thermal_stiffness" in report.candidates[0].separable_from
+
+
 def test_what_a_core_removes_that_moves_is_no_effects_doing():
     """A bench 2 % too soft leaves 70 N, 12 N once the core has moved: nobody is listed who leaves those 12 N too."""
     report = diagnose(mount(k1=4900.0, own_n=60.0), [record()])

@@ -11,6 +11,8 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.curves import NEAR, Followed, nearly
 from thrustd.diagnose.search.floor import EXACTLY, MOST, before
 from thrustd.diagnose.search.joint import SURE, Joint, numbers_of, unlikely
+from thrustd.model.elsewhere import AT
+from thrustd.model.modulated import BY
 
 FAR = 3.0  # as standard errors: a law so far from the best is no part of an interval
 LAW = 0.01  # of the squared error removed: no law of rubber holds better than to a tenth of its force
@@ -67,14 +69,20 @@ def stands(nothing: Joint, fit: Joint) -> bool:
 def simplest(fits: Sequence[Joint]) -> Joint:
     """With the fewest numbers, and the likeliest, of those that held-back blocks do not tell from the best.
 
-    Of those that the likeliest is not ahead of, the one that asks least of core, reference and effects.
+    A law that reads another column than its own (a thermometer elsewhere, a modulation) has to be told from those that
+    do not. Of those that the likeliest is not ahead of, the one that asks least of core, reference and effects.
     """
     best = min(fits, key=lambda fit: fit.mse)
     alike = untold(best, fits)
+    alike = [fit for fit in alike if not _reads_elsewhere(fit)] or alike
     fewest = min(map(numbers_of, alike))
     few = [fit for fit in alike if numbers_of(fit) == fewest]
     likeliest = min(few, key=lambda fit: unlikely(fit, best.solution.noise_variance))
     return min((fit for fit in few if not ahead(likeliest, fit)), key=lambda fit: fit.strain)
+
+
+def _reads_elsewhere(fit: Joint) -> bool:
+    return any(mark in term.effect.name for term in fit.terms for mark in (AT, BY))
 
 
 def ahead(one: Joint, other: Joint) -> bool:
