@@ -44,6 +44,8 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
     further = [c for c in curves if c.mse * (1.0 + NEAR) < left(best, base)]  # a law is as good with fewer numbers
     strange = [c for c in further if left(best, base) - c.mse > (1 - OUTDOES) * above]
+    if best.terms and not shows(best, base) and _of_no_channel(clearest(strange)):
+        strange = []  # a law explains all that shows, and what curves do beside it any of them does
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance
     if (not best.terms and something(best, base)) or (much and (strange or (not best.terms and rest))):
         return Verdict(("unknown",), ranked.nothing, clearest(strange or rest))
@@ -56,11 +58,16 @@ def grade_of(base: Base, verdict: Verdict) -> str:
     Or the size of an effect may be nothing.
     """
     said = verdict.channels if verdict.words == ("unknown",) else ()
-    if verdict.alike or any(not set(one.parts) & set(said[0].parts) and nearly(said[0], one) for one in said[1:]):
+    if verdict.alike or _of_no_channel(said):
         return "cannot be told"
     sized = not verdict.fit.terms or not unsized(base, verdict.fit, verdict.rivals)
     alone = sized and only_noise(verdict.fit, base) and not more_left(base, verdict)
     return "strong" if said or alone else "weak"
+
+
+def _of_no_channel(curves: Sequence[Followed]) -> bool:
+    """Whether a curve of other channels says as much as the best one: nothing tells what the error follows."""
+    return any(not set(one.parts) & set(curves[0].parts) and nearly(curves[0], one) for one in curves[1:])
 
 
 def more_left(base: Base, verdict: Verdict) -> bool:
