@@ -10,7 +10,7 @@ from thrustd.diagnose.extend.variants import variants
 from thrustd.diagnose.search.candidates import by_other_temperatures
 from thrustd.diagnose.search.diagnose import diagnose
 from thrustd.diagnose.search.question import Given
-from thrustd.model.effects import effect_named
+from thrustd.model.effects import effect_named, laws_like
 from thrustd.records.recording import Recording, make_recording
 
 
@@ -28,6 +28,13 @@ def test_laws_that_go_by_its_word_all_read_it() -> None:
     assert len(laws) == len(variants(effect_named("thermal_stiffness"))) > 1
     assert all("sat_degC" in law.channels and "temperature_degC" not in law.channels for law in laws)
     assert {law.word for law in laws} == {"thermal_stiffness"}
+
+
+def test_a_law_of_its_word_that_reads_no_temperature_is_the_same_by_any() -> None:
+    """`ageing at sat_degC` was the simpler law beside an Arrhenius one: diagnosed, and nobody could add it."""
+    laws = laws_like(effect_named("ageing_arrhenius at sat_degC"))
+    assert effect_named("ageing") in laws and effect_named("ageing_arrhenius at sat_degC") in laws
+    assert [effect_named(law.name) for law in laws] == laws
 
 
 def test_it_may_be_in_proportion_to_a_channel() -> None:

@@ -17,8 +17,8 @@ MARKS = AT, BY, '"', "'"  # of the names of effects, and of formulas
 
 
 def at_column(effect: Effect, column: str) -> Effect:
-    """`effect` by the temperature `column`."""
-    return _at_column(effect.name, column, effect)
+    """`effect` by the temperature `column`; one that reads no temperature is the same by any."""
+    return _at_column(effect.name, column, effect) if thermal(effect) else effect
 
 
 @cache
