@@ -107,6 +107,7 @@ HEARD = np.dtype(  # what other engines need of one when it was weighed last; n 
         ("moved", np.float64, N_ALONE),  # the worst that the aircraft's motion has said of each: see `motion`
         ("all_moved", np.float64, 2),  # and of what all mounts share, and all brochures
         ("somebody_s", np.float64),  # a failure was found by then, and nothing tells whose; 0: none was
+        ("weighed_s", np.float64),  # the same as its evidence was weighed with
     ]
 )
 
@@ -282,6 +283,7 @@ def leave(scene: Scene, out: Floats, heard: Any) -> None:
     """For other engines; `out` (N_HYPOTHESES, 3): ln of the evidence of each that it has alone."""
     rows, n = scene.rows, scene.n
     heard.n, heard.pressure_pa = n, rows[0, PRESSURE_PA]
+    heard.weighed_s = heard.somebody_s if scene.found == SOMEBODY else 0.0
     heard.t_s[:n], heard.own[0, :n], heard.own[1, :n] = rows[:n, T_S], rows[:n, ALONG_G], rows[:n, AIR_MACH]
     heard.level_n[0, :n], heard.level_n[1, :n] = rows[:n, LEVEL_N], by_mounts_n(rows, n)
     for k in range(2):

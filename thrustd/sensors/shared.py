@@ -138,8 +138,11 @@ def _may_be(k: int, way: int, m: int, slowly: bool, t_s: Floats, found_s: float)
 
 
 @compiled
-def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Floats) -> None:
-    """One cause, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is."""
+def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, found_s: float, row: Floats) -> None:
+    """One cause, by onset, size and way, prior included; see `sum_up`. `well`: what engine e says if it is.
+
+    `found_s`: since when somebody has failed on an engine, or 0.
+    """
     k, prior = cause // 2, DATA if cause == ENGINE_DATA else SHARED if cause == AIR_DATA else 0.5 * SHARED
     t_s, level_n, own, alone = _together(heard, e, k)
     if cause == ACCELEROMETER:
@@ -154,7 +157,7 @@ def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Fl
             for size in range(2):
                 solved = solve(sizes[size], m, seen, shape, room)
                 for slowly in range(2):
-                    if not _may_be(k, way, m, bool(slowly), t_s, heard[e].somebody_s):
+                    if not _may_be(k, way, m, bool(slowly), t_s, found_s):
                         continue
                     ratio, moved_n, more_n2 = gradual(sizes[size], solved) if slowly else answer(solved, 0.0, 0.0)
                     said[told, 0], said[told, 1] = well[1] + moved_n, well[2] + more_n2
@@ -166,11 +169,11 @@ def _weigh_one(heard: Any, e: int, cause: int, bias: Bias, well: Floats, row: Fl
 
 
 @compiled
-def _weigh_both(heard: Any, e: int, k: int, bias: Bias, well: Floats, row: Floats) -> float:
+def _weigh_both(heard: Any, e: int, k: int, bias: Bias, well: Floats, found_s: float, row: Floats) -> float:
     """Both causes of one of LIKE. -> ln of the odds that it is the first."""
     logs, said = np.empty(2), np.empty((2, 2))
     for one in range(2):
-        _weigh_one(heard, e, 2 * k + one, bias, well, row)
+        _weigh_one(heard, e, 2 * k + one, bias, well, found_s, row)
         logs[one], said[one, 0], said[one, 1] = row[0], row[1], row[2]
     sum_up(logs, said, row)
     return float(logs[0] - logs[1])
@@ -193,18 +196,21 @@ def weigh_shared(heard: Any, e: int, found: int, bias: Bias, out: Floats) -> flo
     -> ln of the odds that what all mounts share is the accelerometer.
     """
     one, others, doubt, alone = ACCELERATION_OFF <= found < SOMEBODY, 0, 1.0 - heard[e].well, 0.0
+    found_s = 0.0  # whoever has failed on one engine may have on all: what it has alone is as much likelier
     for o in range(len(heard)):
         if heard[o].n > 0:
             alone += heard[o].log_alone
             others += 1 if o != e else 0
             doubt = max(doubt, 1.0 - heard[o].well)
-    if others == 0 or not (one or found == SOMEBODY or doubt >= DOUBT):
+            since_s = heard[o].weighed_s
+            found_s = since_s if found_s == 0.0 or 0.0 < since_s < found_s else found_s
+    if others == 0 or not (one or found_s != 0.0 or doubt >= DOUBT):
         return 0.0
-    logs, odds = np.zeros(3), _weigh_both(heard, e, 0, bias, out[WELL], out[ACCELERATION_OFF])
-    _weigh_both(heard, e, 1, bias, out[WELL], out[AIR_OFF])
+    logs, odds = np.zeros(3), _weigh_both(heard, e, 0, bias, out[WELL], found_s, out[ACCELERATION_OFF])
+    _weigh_both(heard, e, 1, bias, out[WELL], found_s, out[AIR_OFF])
     for k in range(2):
         which = ACCELERATION_OFF + k
-        more = STAYS / SHARED if which == found else MORE if found == SOMEBODY else 1.0
+        more = STAYS / SHARED if which == found else MORE if found_s != 0.0 else 1.0
         logs[k] = out[which, 0] - alone + log(more)
     if one:
         logs[2] = log(1.0 - STAYS)
