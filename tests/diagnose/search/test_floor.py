@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tests.diagnose.search.test_ranking import known
 from thrustd.core.measures import rms
 from thrustd.diagnose.search.base import plateau
 from thrustd.diagnose.search.better import clearest
@@ -55,9 +56,7 @@ def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
 
 
 def test_what_no_function_of_the_motion_explains_is_the_floor_as_far_as_nothing_less_was_promised():
-    rough = SimpleNamespace(
-        promised=50.0, own_mse=np.inf, as_is_mse=np.inf, explained=0.0, own_plateau=np.inf, least=8.0, tremble=0.0
-    )
+    rough = known(promised=50.0, least=8.0)
     assert floor_of(fit(9.0), rough) == 8.0 and noise_of(fit(9.0), rough) == 1.0
     assert grade_of(rough, Verdict(("none",), fit(8.1, ()), ())) == "weak"  # nothing to be found, and no noise either
     assert floor_of(fit(9.0), SimpleNamespace(promised=2.0, own_plateau=np.inf, least=8.0)) == 2.0
@@ -79,9 +78,7 @@ def test_a_free_function_of_the_motion_leaves_noise_and_what_is_not_of_the_motio
 @pytest.mark.parametrize(("was", "leaves", "real"), [(1.18, 1.12, False), (1.25, 1.15, True), (1.18, 1.03, True)])
 def test_what_lasts_on_a_bench_may_be_half_as_large_again_on_another_record(was, leaves, real):
     """Noise 1 and a bench that left 1.1: 1.21 is usual, but for what explains it to the noise."""
-    inexact = SimpleNamespace(
-        promised=1.1, own_mse=np.inf, as_is_mse=np.inf, explained=0.0, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    inexact = known(promised=1.1)
     assert usual(fit(1.0), inexact) == pytest.approx(1.0 + 1.5**2 * (1.1**2 - 1.0))
     assert mostly(fit(was, ()), fit(leaves), inexact) == real
 
@@ -125,9 +122,7 @@ def fit(rms, words=("law",)):
     )
 
 
-CELL = SimpleNamespace(
-    promised=1.0, own_mse=np.inf, as_is_mse=np.inf, explained=0.0, own_plateau=np.inf, least=0.0, tremble=0.0
-)
+CELL = known(promised=1.0)
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])
@@ -138,24 +133,18 @@ def test_beside_a_large_effect_a_small_one_is_believed_when_it_explains_the_rest
 
 
 def test_a_law_leaves_a_hundredth_of_what_the_model_left_not_of_a_core_in_its_stead():
-    cubic = SimpleNamespace(
-        promised=1.0, own_mse=23.0**2, as_is_mse=np.inf, explained=0.0, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    cubic = known(promised=1.0, own_mse=23.0**2)
     large, more = fit(3.0), fit(1.5, ("law", "other"))
     assert advanced(CELL, fit(100.0, ()), large, [more])[0] is large
     assert advanced(cubic, fit(100.0, ()), large, [more])[0] is more
-    moved = SimpleNamespace(
-        promised=1.0, own_mse=np.inf, as_is_mse=100.0**2, explained=0.0, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    moved = known(promised=1.0, as_is_mse=100.0**2)
     assert advanced(moved, fit(23.0, ()), large, [more])[0] is large  # a bench's core that moved had hidden most of it
 
 
 def test_what_takes_a_little_of_what_a_core_never_had_right_is_not_its_cause():
     """11.5 N on a new record, 10 on the bench, 8.8 of noise, as friction that the bench did not show (LuGre) leaves."""
     noise = 8.8
-    bench = SimpleNamespace(
-        promised=10.0, own_mse=np.inf, as_is_mse=np.inf, explained=0.0, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    bench = known(promised=10.0)
 
     def leaves(rms, words=("law",)):
         one = fit(rms, words)
@@ -201,9 +190,7 @@ def test_what_hides_in_the_tremble_of_a_reading_is_not_missed():
     """A cell that drifts by 2 N beside 1 N of noise: alone it shows, beside 5 N of a reading's noise it does not."""
     drifts = fit(2.0, ())
     drifts.plateau = 1.0
-    still = SimpleNamespace(
-        promised=1.0, own_mse=np.inf, as_is_mse=np.inf, explained=0.0, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    still = known(promised=1.0)
     assert shows(drifts, still)
     assert not shows(drifts, SimpleNamespace(**{**vars(still), "tremble": 25.0}))
 

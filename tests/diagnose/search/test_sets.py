@@ -1,12 +1,10 @@
 """Which sets of effects are grown further, and which can be the verdict."""
 
-from types import SimpleNamespace
-
 import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.diagnose.search.test_ranking import _fit
+from tests.diagnose.search.test_ranking import _fit, known
 from thrustd.diagnose.search import sets
 from thrustd.diagnose.search.better import gained, stands
 from thrustd.diagnose.search.diagnose import diagnose
@@ -21,9 +19,7 @@ def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_ver
     nothing, drifted, more = _fit("", 1.0, 0.0), _fit("m", 0.9, 0.01), _fit("mr", 0.8, 0.01)
     drifted.shown = more.shown = False
     assert gained(nothing, drifted) and not stands(nothing, drifted)
-    cell = SimpleNamespace(
-        own_mse=np.inf, as_is_mse=np.inf, explained=0.0, promised=0.5, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    cell = known(promised=0.5)
     for fit in (nothing, drifted, more):
         fit.words, fit.plateau = fit.terms, np.inf
     assert advanced(cell, nothing, nothing, [drifted, more])[0] is nothing
@@ -32,15 +28,7 @@ def test_a_set_with_an_effect_that_its_errors_do_not_tell_from_nothing_is_no_ver
 @given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.0, 1.0))
 def test_where_there_is_no_room_nothing_that_leaves_the_floor_or_more_is_added(found, floor, share):
     """Else sets would be left out that could be the verdict."""
-    base = SimpleNamespace(
-        own_mse=np.inf,
-        as_is_mse=np.inf,
-        explained=0.0,
-        promised=np.sqrt(floor),
-        own_plateau=np.inf,
-        least=0.0,
-        tremble=0.0,
-    )
+    base = known(promised=np.sqrt(floor))
     nothing, best = _fit("", 1.0, 0.0), _fit("m", max(found, floor), 0.0)
     more = _fit("mr", floor + share * (best.mse - floor), 0.0)
     nothing.plateau = best.plateau = more.plateau = np.inf
@@ -65,9 +53,7 @@ def test_what_stands_only_beside_the_others_is_grown_further_and_named_where_it_
     """A drift and a scale: each alone helps, by an amplitude that what is missing beside it does not tell."""
     nothing, drift, both = _fit("", 1.0, 0.0), _fit("d", 0.7, 0.0), _fit("ds", 0.1, 0.0)
     drift.shown = False
-    cell = SimpleNamespace(
-        own_mse=np.inf, as_is_mse=np.inf, explained=0.0, promised=0.31, own_plateau=np.inf, least=0.0, tremble=0.0
-    )
+    cell = known(promised=0.31)
     for fit in (nothing, drift, both):
         fit.words, fit.plateau = fit.terms, np.inf
     monkeypatch.setattr(sets, "simplest", lambda fits: fits[0])
@@ -89,15 +75,7 @@ def test_three_plain_effects_of_which_none_stands_alone_are_found_together(monke
 
 @given(st.floats(0.01, 0.99), st.floats(0.001, 0.9), st.floats(0.001, 1.0), st.sampled_from(["mr", "mrp"]))
 def test_a_set_that_leaves_more_than_may_be_taken_is_never_taken(found, floor, share, words):
-    base = SimpleNamespace(
-        own_mse=np.inf,
-        as_is_mse=np.inf,
-        explained=0.0,
-        promised=np.sqrt(floor),
-        own_plateau=np.inf,
-        least=0.0,
-        tremble=0.0,
-    )
+    base = known(promised=np.sqrt(floor))
     nothing, best = _fit("", 1.0, 0.0), _fit("m", max(found, floor), 0.0)
     nothing.plateau = best.plateau = np.inf
     least = taken(base, nothing, best, len(words))

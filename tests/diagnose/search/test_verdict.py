@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.diagnose.search.test_ranking import _fit
+from tests.diagnose.search.test_ranking import _fit, known
 from thrustd.diagnose.search import verdict
 from thrustd.diagnose.search.curves import Followed
 
 
 def judged(monkeypatch, scale_leaves, curves):
     """What is said of a scale that leaves so much of 20, and of curves beside it; the floor is 1."""
-    base = SimpleNamespace(own_mse=np.inf, as_is_mse=20.0, promised=1.0, own_plateau=np.inf, least=0.0, tremble=0.0)
+    base = known(as_is_mse=20.0, promised=1.0)
     nothing, scale = _fit("", 20.0, 0.0), _fit("s", scale_leaves, 0.0)
     for fit in (nothing, scale):
         fit.plateau, fit.moved, fit.walked, fit.words = np.inf, 0.0, 0.0, tuple(fit.terms)
