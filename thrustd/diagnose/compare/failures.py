@@ -23,7 +23,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.diagnose.compare.newtons import newtons
@@ -35,7 +35,7 @@ LIFT = 1.4  # times more error than time, where the error has no side
 BLOCKS = 30
 TOSSES = 199
 DOUBT = 0.01  # of the best of all by chance
-SURE = float(student.ppf(1.0 - DOUBT, BLOCKS - 1))  # standard errors over blocks
+SURE = float(stdtrit(BLOCKS - 1, 1.0 - DOUBT))  # standard errors over blocks
 NEARLY = 0.75  # of what a division explains, of the mean square of all: less of either is not where it fails
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import BSpline
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from thrustd.core.columns import Floats
 from thrustd.core.measures import SIGMAS_95
@@ -76,7 +76,7 @@ def loop_energy(records: Recording | Sequence[Recording]) -> LoopEnergy:
     if count < LEAST_BLOCKS:
         return LoopEnergy(float(energy.sum()), mean, np.inf, total, False)
     std = float(np.linalg.norm(energy - mean * ways) / total * np.sqrt(count / (count - 1)))
-    delivers = mean < -std * float(student.ppf(1 - DOUBT, count - 1))
+    delivers = mean < -std * float(stdtrit(count - 1, 1 - DOUBT))
     return LoopEnergy(float(energy.sum()), mean, std, total, delivers)
 
 

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2, norm
-from scipy.stats import t as student
+from scipy.special import chdtrc, ndtri, stdtrit
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
-from thrustd.identify.regression.bounds import bounded, inverse, within_reach
+from thrustd.identify.regression.bounds import inverse, within_reach
 from thrustd.identify.regression.known import Known
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
@@ -73,7 +72,7 @@ def std_over(found: Solution, blocks: Blocks, held: Flags | None = None) -> Floa
     for width in TOGETHER:
         groups = moved.reshape(-1, width, moved.shape[1]).sum(axis=1)
         count = len(groups)
-        unsure = student.ppf(UPPER, count - 1) / norm.ppf(UPPER)  # a scatter that few groups tell
+        unsure = stdtrit(count - 1, UPPER) / ndtri(UPPER)  # a scatter that few groups tell
         std[free] = np.maximum(std[free], unsure * np.sqrt((groups**2).sum(axis=0) * count / (count - 1)))
     return std
 
@@ -92,7 +91,7 @@ def from_nothing(found: Solution, std: Floats, numbers: Sequence[int]) -> float:
     covariance = inverse(found.information[np.ix_(free, free)])[np.ix_(among, among)]
     size = found.point.vector(found.shape)[told] * np.sqrt(np.diag(covariance)) / std[told]
     squares = float(size @ np.linalg.solve(covariance, size))
-    return float(norm.isf(chi2.sf(squares, len(told)) / 2))
+    return float(-ndtri(chdtrc(len(told), squares) / 2))
 
 
 def held_back(found: Solution, blocks: Blocks, prior: Known) -> Floats:
@@ -101,32 +100,14 @@ def held_back(found: Solution, blocks: Blocks, prior: Known) -> Floats:
     groups = prior_of(found.shape, found.precisions)
     matrix, pull = groups + prior.information(vector), groups @ vector - prior.downhill(vector)
     reach = found.shape.reach(vector)  # what a bound holds, or a prior, is held on any part of the records
-    squares = held_back_squares(blocks, vector, matrix, pull, found.noise_variance, found.shape.positive(), reach)
-    return squares / np.maximum(blocks.size, 1.0)
-
-
-def held_back_squares(
-    blocks: Blocks,
-    vector: Floats,
-    prior: Floats,
-    pull: Floats,
-    noise: float,
-    positive: Flags,
-    reach: tuple[Floats, Floats] | None = None,
-) -> Floats:
-    """Sum of squares per block, by the linearisation at `vector`; pull: gradient of the prior there."""
-    squares = np.empty(len(blocks.size))
+    squares, noise = np.empty(len(blocks.size)), found.noise_variance
     whole, right = blocks.matrix.sum(axis=0), blocks.right.sum(axis=0)
     for fold in range(FOLDS):
         mine = held_out_groups(len(squares), FOLDS) == fold
-        matrix, towards = blocks.matrix[mine], blocks.right[mine]
-        information = (whole - matrix.sum(axis=0)) / noise + prior
+        own, towards = blocks.matrix[mine], blocks.right[mine]
+        information = (whole - own.sum(axis=0)) / noise + matrix
         gradient = (right - towards.sum(axis=0)) / noise - pull
-        towards_it = gradient + information @ vector
-        if reach is None:
-            new, _ = bounded(information, towards_it, positive)
-        else:
-            new, _ = within_reach(information, towards_it, positive, reach)
+        new, _ = within_reach(information, gradient + information @ vector, found.shape.positive(), reach)
         step = new - vector
-        squares[mine] = blocks.squares[mine] - 2 * towards @ step + matrix @ step @ step
-    return np.maximum(squares, 0.0)
+        squares[mine] = blocks.squares[mine] - 2 * towards @ step + own @ step @ step
+    return np.maximum(squares, 0.0) / np.maximum(blocks.size, 1.0)

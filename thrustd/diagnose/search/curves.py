@@ -10,7 +10,7 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import combined
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import GAIN, curve_term, heights_of, places_of
-from thrustd.diagnose.search.screen import PROBE, Table, means, plain_parts
+from thrustd.diagnose.search.screen import PROBE, Table, plain_parts
 from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.record import Record
 from thrustd.model.effect import Site
@@ -64,9 +64,7 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
             continue
         hats, none = [_hats(at, column) for column in columns_of], np.zeros(len(at), bool)
         bias, gain = (
-            table.squares(
-                np.concatenate([means(h * w[:, None], table.width) for h, w in zip(hats, weight, strict=True)]), none
-            )
+            table.squares(table.beside(table.rows(h * w[:, None] for h, w in zip(hats, weight, strict=True))), none)
             for weight in (slope, [GAIN * out for out in plain])
         )
         mse = min(bias, gain)

@@ -6,13 +6,16 @@ is judged by what it explains that the core cannot absorb under its prior, on bl
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thrustd.core.columns import Flags, Floats
+from thrustd.core.measures import held_out_groups
+from thrustd.diagnose.search.absorbed import Absorbed, Columns
 from thrustd.diagnose.search.base import Base
-from thrustd.diagnose.search.blocks import BLOCKS, Blocks, held_back_squares
+from thrustd.diagnose.search.blocks import BLOCKS, FOLDS
 from thrustd.diagnose.search.joint import Joint, prior_from
 from thrustd.diagnose.search.library import Rig, modulations
 from thrustd.identify.regression.free_run import simulate, simulated
@@ -32,57 +35,63 @@ HOLDS = 1e8  # precision of what a reference is held at
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
-    """Thin rows of one fit: gradient (n, p), residual (n,), rows of every block."""
+class Part:
+    """Thin rows that are held back together, gradient of the core (n, p) and what is missed (n,), and their sums."""
 
     gradient: Floats
     residual: Floats
-    parts: tuple[slice, ...]
-    core: Blocks  # of the gradient alone
+    matrix: Floats  # (p, p)
+    right: Floats  # (p,)
+    squares: float
+
+    @classmethod
+    def of(cls, gradient: Floats, residual: Floats) -> "Part":
+        squares = float(residual @ residual)
+        return cls(gradient, residual, gradient.T @ gradient, gradient.T @ residual, squares)
+
+    def beside(self, rows: Floats) -> Columns:
+        return Columns(self.gradient.T @ rows, rows.T @ rows, rows.T @ self.residual)
+
+    def missed(self, beside: Columns, step: Floats, numbers: Floats) -> float:
+        """Sum of squares behind a step of the core and with these numbers of the columns beside it."""
+        towards = self.right @ step + beside.right @ numbers
+        moved = step @ self.matrix @ step + numbers @ (2.0 * beside.across.T @ step + beside.among @ numbers)
+        return max(float(self.squares - 2.0 * towards + moved), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Thin rows of one fit, by the groups of blocks that are held back in turn."""
+
+    parts: tuple[Part, ...]
+    others: tuple[Absorbed, ...]  # the core by the rows of all other parts
+    places: tuple[NDArray[np.intp], ...]  # of every part's rows in the records one after the other
     width: int
     fit: Joint
-    prior: Floats  # (p, p) information of the core, and how it pulls (p,)
-    pull: Floats
     records: Sequence[Record]
     averaged: float  # mean square that the means leave out: nothing of it is seen here
 
     def mse(self) -> float:
         """Mean square on held-back blocks as it is."""
-        return self.squares(np.empty((len(self.residual), 0)), np.zeros(0, bool))
+        return self.squares(self.beside(np.empty((sum(map(len, self.places)), 0))), np.zeros(0, bool))
 
-    def squares(self, extra: Floats, positive: Flags) -> float:
-        """Mean square on held-back blocks with further columns (n, k) of prior N(0, 1)."""
-        found, p = self.fit.solution, self.gradient.shape[1]
-        blocks, nothing = self._bordered(extra), np.zeros(extra.shape[1])
-        prior = np.eye(p + extra.shape[1])
-        prior[:p, :p] = self.prior
-        vector = np.concatenate((found.point.vector(found.shape), nothing))
-        pull = np.concatenate((self.pull, nothing))
-        free = np.concatenate((found.shape.positive(), positive))
-        noise = found.noise_variance / self.width
-        squares = held_back_squares(blocks, vector, prior, pull, noise, free)
-        return float(squares.sum() / blocks.size.sum())
+    def rows(self, columns: Iterable[Floats]) -> Floats:
+        """Of whole columns (n, k), one a record."""
+        return np.concatenate([means(each, self.width) for each in columns])
 
-    def _bordered(self, extra: Floats) -> Blocks:
-        """The core's normal equations with these columns beside: the large part is made once."""
-        p, core = self.gradient.shape[1], self.core
-        n = p + extra.shape[1]
-        matrix, right = np.zeros((len(self.parts), n, n)), np.zeros((len(self.parts), n))
-        matrix[:, :p, :p], right[:, :p] = core.matrix, core.right
-        for b, s in enumerate(self.parts):
-            across = self.gradient[s].T @ extra[s]
-            matrix[b, :p, p:], matrix[b, p:, :p] = across, across.T
-            matrix[b, p:, p:], right[b, p:] = extra[s].T @ extra[s], extra[s].T @ self.residual[s]
-        return Blocks(matrix, right, core.squares, core.size)
+    def beside(self, rows: Floats) -> list[Columns]:
+        """Thin rows (n, k) of further columns, summed part by part."""
+        return [part.beside(rows[at]) for part, at in zip(self.parts, self.places, strict=True)]
 
-
-def _blocks(rows: Floats, residual: Floats, parts: Sequence[slice]) -> Blocks:
-    return Blocks(
-        np.array([rows[s].T @ rows[s] for s in parts]),
-        np.array([rows[s].T @ residual[s] for s in parts]),
-        np.array([float(residual[s] @ residual[s]) for s in parts]),
-        np.array([float(s.stop - s.start) for s in parts]),
-    )
+    def squares(self, beside: Sequence[Columns], positive: Flags) -> float:
+        """Mean square on held-back blocks with these columns of prior N(0, 1)."""
+        noise, missed = self.fit.solution.noise_variance / self.width, 0.0
+        whole = [sum(each) for each in zip(*((c.across, c.among, c.right) for c in beside), strict=True)]
+        for part, core, own in zip(self.parts, self.others, beside, strict=True):
+            a, b, c = whole
+            others = Columns((a - own.across) / noise, (b - own.among) / noise, (c - own.right) / noise)
+            missed += part.missed(own, *core.steps(others, positive))
+        return missed / sum(map(len, self.places))
 
 
 def table_of(base: Base, fit: Joint, *, still: bool = False) -> Table:
@@ -98,17 +107,29 @@ def table_of(base: Base, fit: Joint, *, still: bool = False) -> Table:
         residuals.append(means(missed, width))
         squares += float(np.sum(missed[: len(residuals[-1]) * width] ** 2)) / width
     gradient, residual = np.concatenate(gradients), np.concatenate(residuals)
-    block = np.arange(len(residual)) * BLOCKS // len(residual)
-    parts = tuple(slice(a, b) for a, b in pairwise(np.searchsorted(block, np.arange(BLOCKS + 1))))
-    vector, groups = point.vector(shape), prior_of(shape, fit.solution.precisions)
+    group = held_out_groups(BLOCKS, FOLDS)[np.arange(len(residual)) * BLOCKS // len(residual)]
+    places = tuple(np.flatnonzero(group == fold) for fold in range(FOLDS))
+    parts = tuple(Part.of(gradient[at], residual[at]) for at in places)
+    averaged = (squares - float(residual @ residual)) / len(residual)
+    others = _others(base, fit, parts, fit.solution.noise_variance / width, still=still)
+    return Table(parts, others, places, width, fit, records, averaged)
+
+
+def _others(base: Base, fit: Joint, parts: Sequence[Part], noise: float, *, still: bool) -> tuple[Absorbed, ...]:
+    """The core by the rows of all parts but one, for each, under its priors."""
+    shape = fit.solution.shape
+    vector, groups = fit.solution.point.vector(shape), prior_of(shape, fit.solution.precisions)
     if still:
         walks = np.arange(shape.n)[shape.parts()["terms"]][walking(shape.terms)]
         held = np.append(walks, shape.parts()["offset"].start)
         groups[held, held] = HOLDS
     before = prior_from(base, shape)
     prior, pull = groups + before.information(vector), groups @ vector - before.downhill(vector)
-    blocks, averaged = _blocks(gradient, residual, parts), (squares - float(residual @ residual)) / len(residual)
-    return Table(gradient, residual, parts, blocks, width, fit, prior, pull, records, averaged)
+    matrix, right = sum(part.matrix for part in parts), sum(part.right for part in parts)
+    return tuple(
+        Absorbed.of((matrix - p.matrix) / noise + prior, (right - p.right) / noise - pull, vector, shape.positive())
+        for p in parts
+    )
 
 
 def means(table: Floats, width: int) -> Floats:
@@ -156,8 +177,8 @@ def probed(table: Table, terms: Iterable[Term]) -> list[Probe]:
     """Of all of them."""
     plain, found = plain_parts(table), []
     for term in terms:
-        thin = [means(whole, table.width) for whole in _columns(table, term, plain)]
-        found.append(Probe(term, np.concatenate(thin), np.array(replace(term, shapes=False).positive(), bool)))
+        thin = table.rows(_columns(table, term, plain))
+        found.append(Probe(term, thin, np.array(replace(term, shapes=False).positive(), bool)))
     return found
 
 
@@ -165,8 +186,8 @@ def screened(table: Table, probes: Iterable[Probe]) -> list[Looked]:
     """Best first."""
     before, found = table.mse(), []
     for one in probes:
-        sizes = SIZES if one.columns.shape[1] >= SPECTRUM else SIZES[:1]
-        mse = min(table.squares(size * one.columns, one.positive) for size in sizes)
+        sizes, beside = SIZES if one.columns.shape[1] >= SPECTRUM else SIZES[:1], table.beside(one.columns)
+        mse = min(table.squares([part.times(size) for part in beside], one.positive) for size in sizes)
         found.append(Looked(one.term, mse, before, table.averaged))
     return sorted(found, key=lambda looked: looked.mse)
 
@@ -204,8 +225,8 @@ def screened_modulations(table: Table, laws: Iterable[Term], rig: Rig) -> list[L
         for term, share in modulations(law, rig, table.records):
             if term.effect.word not in there:
                 known = [s[record.known, None] for s, record in zip(share, table.records, strict=True)]
-                thin = [means(s * c, table.width) for s, c in zip(known, whole, strict=True)]
-                mse = table.squares(np.concatenate(thin), positive)
+                thin = table.rows(s * c for s, c in zip(known, whole, strict=True))
+                mse = table.squares(table.beside(thin), positive)
                 found.append(Looked(term, mse, before, table.averaged))
     return sorted(found, key=lambda looked: looked.mse)
 
@@ -223,7 +244,8 @@ def screened_pairs(table: Table, probes: Sequence[Probe]) -> list[Pair]:
     before, found = table.mse(), []
     for one, other in combinations(probes, 2):
         columns, positive = np.column_stack((one.columns, other.columns)), (*one.positive, *other.positive)
-        found.append(Pair((one.term, other.term), 1.0 - table.squares(columns, np.array(positive)) / before))
+        left = table.squares(table.beside(columns), np.array(positive))
+        found.append(Pair((one.term, other.term), 1.0 - left / before))
     return sorted(found, key=lambda pair: -pair.removes)
 
 
