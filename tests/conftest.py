@@ -1,7 +1,10 @@
 """A small aircraft for tests: two engines, four simple mounts, the shipped deck and DBC."""
 
+import os
 import sys
 from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the verbs have it: threads of two test processes spin
 
 import msgspec
 import numpy as np
