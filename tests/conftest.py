@@ -1,5 +1,6 @@
 """A small aircraft for tests: two engines, four simple mounts, the shipped deck and DBC."""
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -24,6 +25,7 @@ from thrustd.model.artifact import (
 from thrustd.model.compile import witness_of
 
 ROOT = Path(__file__).parents[1]
+gc.set_threshold(700, 10, 100)  # a full collection walks all that the tests have imported: a tenth as often
 sys.path.insert(0, str(ROOT))  # so that tests may use `benchmarks`
 # the same examples on every machine, wherever the checkout is; "long" with another seed looks further
 settings.register_profile("same", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
