@@ -34,7 +34,13 @@ def run(static_run):
     return flight, read_recording(static_run.with_name("run-cell.csv")), changed(RIGID)
 
 
-def test_rubber_that_is_steeper_where_no_bench_was_is_neither_gain_nor_zero_of_any_mount(run):
+@pytest.fixture(scope="module")
+def plain(run):
+    """What the run tells as it is."""
+    return fit_tether(*run)
+
+
+def test_rubber_that_is_steeper_where_no_bench_was_is_neither_gain_nor_zero_of_any_mount(run, plain):
     """Without it in the regression the zero of the one mount took it and the other one the rest: 40 N each, unsaid."""
     flight, cell, installation = run
     columns = {}
@@ -43,7 +49,7 @@ def test_rubber_that_is_steeper_where_no_bench_was_is_neither_gain_nor_zero_of_a
         more_n = beyond_n(installation, mount, flight[f"deformation_mm_{name}"], flight.sample_hz)
         assert (np.nanmax(PART * more_n) > 40.0) == (name in UPPERS)
         columns[f"model_N_{name}"] = flight[f"model_N_{name}"] - PART * more_n
-    plain, steeper = (fit_tether(one, cell, installation) for one in (flight, flight.with_channels(**columns)))
+    steeper = fit_tether(flight.with_channels(**columns), cell, installation)
     assert set(steeper.beyond) == set(UPPERS)
     for name in UPPERS:
         assert steeper.beyond[name].factor - plain.beyond[name].factor == pytest.approx(PART, abs=0.015)
@@ -64,15 +70,14 @@ def test_engines_whose_mounts_move_together_have_no_such_number(run):
     assert all((one.beyond, one.beyond_std, one.told_mm) == (1.0, None, None) for one in mounts)
 
 
-def test_what_was_found_is_in_the_file_and_comes_on_top_of_what_it_had(run):
-    flight, cell, installation = run
-    fit = fit_tether(flight, cell, installation)
+def test_what_was_found_is_in_the_file_and_comes_on_top_of_what_it_had(run, plain):
+    installation = run[2]
     old = Calibration(on="2026-01-01", mount={"left_upper": MountCalibration(beyond=1.1)})
-    text = write_calibration(with_tether(old, fit, "2026-01-02", "cell.csv"))
+    text = write_calibration(with_tether(old, plain, "2026-01-02", "cell.csv"))
     after = read_calibration(text, "c")
-    found = fit.beyond["left_upper"]
+    found = plain.beyond["left_upper"]
     assert after.of("left_upper").beyond == pytest.approx(1.1 * found.factor, abs=1e-4)
-    assert after.of("right_upper").beyond == pytest.approx(fit.beyond["right_upper"].factor, abs=1e-4)
+    assert after.of("right_upper").beyond == pytest.approx(plain.beyond["right_upper"].factor, abs=1e-4)
     assert after.of("left_upper").beyond_std == pytest.approx(found.std, abs=1e-6)
     assert after.of("left_upper").told_mm == pytest.approx(found.told_mm, abs=1e-6)
     assert "beyond" not in text.partition("[mount.left_lower]")[2].partition("[mount.")[0]
@@ -110,13 +115,13 @@ def test_zero_and_slope_have_nothing_in_common_where_the_zero_is_known_best():
         assert SIGMAS_95 * found.zero_std_mm > 0.0
 
 
-def test_the_slope_is_as_unsure_as_what_the_curves_of_the_models_err_by(run, monkeypatch):
+def test_the_slope_is_as_unsure_as_what_the_curves_of_the_models_err_by(run, plain, monkeypatch):
     """An error that repeats with the load is in no residual: the fit is as good, and its slope another one."""
     flight, cell, installation = run
     name = "model_N_left_upper"
     load = flight[name] / np.nanmax(flight[name])
     bent = flight.with_channels(**{name: flight[name] + 12.0 * np.interp(load, (0.0, 0.3, 1.0), (0.0, 1.0, 0.0))})
-    plain, other = (fit_tether(one, cell, installation) for one in (flight, bent))
+    other = fit_tether(bent, cell, installation)
     monkeypatch.setattr("thrustd.commission.tether.curve_errors_n", lambda run: np.zeros((len(run.runs), 0)))
     known = fit_tether(flight, cell, installation).beyond["left_upper"]
     found, moved = plain.beyond["left_upper"], other.beyond["left_upper"]

@@ -81,6 +81,12 @@ def run(static_run):
     return flight_columns(log, installation), read_recording(static_run.with_name("run-cell.csv")), installation
 
 
+@pytest.fixture(scope="module")
+def plain(run):
+    """What the run tells as it is."""
+    return fit_tether(*run)
+
+
 def said_along(model, shown_mm):
     """What a model makes of readings that begin at rest."""
     good, row = np.isfinite(shown_mm), np.arange(len(shown_mm))
@@ -89,7 +95,7 @@ def said_along(model, shown_mm):
     return model.simulate(rows)
 
 
-def test_what_grows_with_the_mounts_temperature_is_not_taken_for_their_gain(run):
+def test_what_grows_with_the_mounts_temperature_is_not_taken_for_their_gain(run, plain):
     """Load and heat come together in a run: a gain that took the heat's part would be wrong in cold air."""
     flight, cell, installation = run
     columns = {}
@@ -100,14 +106,14 @@ def test_what_grows_with_the_mounts_temperature_is_not_taken_for_their_gain(run)
         said = [said_along(model, shown + more_mm) for more_mm in (0.0, 6e-4 * warmer_k)]
         columns[f"deformation_mm_{mount}"] = shown + 6e-4 * warmer_k
         columns[f"model_N_{mount}"] = flight[f"model_N_{mount}"] + said[1] - said[0]
-    plain, grown = (fit_tether(one, cell, installation) for one in (flight, flight.with_channels(**columns)))
+    grown = fit_tether(flight.with_channels(**columns), cell, installation)
     for mount in MOUNTS:
         line = grown.lines[mount]
         assert abs(line.expansion_mm_k - plain.lines[mount].expansion_mm_k - 6e-4) < line.expansion_std_mm_k
         assert grown.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.003)
 
 
-def test_what_friction_held_at_rest_is_found_once_the_mounts_have_moved(run):
+def test_what_friction_held_at_rest_is_found_once_the_mounts_have_moved(run, plain):
     """25 N that a mount had held before its first load: a zero at rest is wrong by as much under load."""
     flight, cell, installation = run
     columns, slopes_n_um = {}, {}
@@ -116,21 +122,21 @@ def test_what_friction_held_at_rest_is_found_once_the_mounts_have_moved(run):
         ran = np.maximum.accumulate(flight[f"n1_pct_{engine}"] > 5.0)
         columns[f"model_N_{mount}"] = flight[f"model_N_{mount}"] + 25.0 * ran
         slopes_n_um[mount] = chords(model, at_rest(model, {}))[1][0] / 1e3
-    plain, held = (fit_tether(one, cell, installation) for one in (flight, flight.with_channels(**columns)))
+    held = fit_tether(flight.with_channels(**columns), cell, installation)
     for mount in MOUNTS:
         more_n = 1e3 * (held.zeros_mm[mount][0] - plain.zeros_mm[mount][0]) * slopes_n_um[mount]
         assert more_n == pytest.approx(25.0, abs=8.0)
         assert held.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.003)
 
 
-def test_friction_of_its_own_is_neither_gain_nor_zero(run):
+def test_friction_of_its_own_is_neither_gain_nor_zero(run, plain):
     """It adds while the load grows, and takes off while it falls."""
     flight, cell, installation = run
     columns, part = {}, 0.12
     for mount, model in zip(MOUNTS, installation.parts().models, strict=True):
         rubs_n = rubbing(model.spec, flight[f"deformation_mm_{mount}"], flight.sample_hz, 8.0).friction_n
         columns[f"model_N_{mount}"] = flight[f"model_N_{mount}"] + part * rubs_n
-    plain, more = (fit_tether(one, cell, installation) for one in (flight, flight.with_channels(**columns)))
+    more = fit_tether(flight.with_channels(**columns), cell, installation)
     for mount in MOUNTS:
         assert more.frictions[mount] - plain.frictions[mount] == pytest.approx(-part, abs=0.03)
         assert more.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.0015)
@@ -138,10 +144,10 @@ def test_friction_of_its_own_is_neither_gain_nor_zero(run):
     assert more.after_n < 1.1 * plain.after_n
 
 
-def test_a_clock_that_is_off_by_less_than_is_looked_for_is_no_friction(run):
+def test_a_clock_that_is_off_by_less_than_is_looked_for_is_no_friction(run, plain):
     flight, cell, installation = run
     late = make_recording("cell", {"time_s": cell.time_s + 0.04, "force_N": cell["force_N"]})
-    plain, shifted = (fit_tether(flight, one, installation) for one in (cell, late))
+    shifted = fit_tether(flight, late, installation)
     for mount in MOUNTS:
         assert shifted.frictions[mount] == pytest.approx(plain.frictions[mount], abs=0.005)
         assert shifted.gains[mount][0] == pytest.approx(plain.gains[mount][0], abs=0.0005)
@@ -168,7 +174,7 @@ def test_numbers_that_take_the_noise_for_theirs_do_not_hide_it():
     assert 10.0 < np.sqrt(covariance[0, 0]) < 30.0
 
 
-def test_elements_of_friction_that_differ_are_in_the_interval_of_their_sum(run, monkeypatch):
+def test_elements_of_friction_that_differ_are_in_the_interval_of_their_sum(run, plain, monkeypatch):
     """One factor does not say that some of the friction is more, as much of it less."""
     flight, cell, installation = run
     columns, rng = {}, np.random.default_rng(7)
@@ -179,24 +185,21 @@ def test_elements_of_friction_that_differ_are_in_the_interval_of_their_sum(run, 
         parts -= np.average(parts, weights=one.slips_n)
         columns[f"model_N_{mount}"] = flight[f"model_N_{mount}"] - one.elements_n @ parts
     halves = []
-    for one in (flight, flight.with_channels(**columns)):
-        fit = fit_tether(one, cell, installation)
+    for fit in (plain, fit_tether(flight.with_channels(**columns), cell, installation)):
         halves.append([(n.value, n.half_width) for n in fit.numbers if n.what.startswith("friction")])
     monkeypatch.setattr("thrustd.commission.tether.friction_errors_n", lambda run: np.zeros((len(run.runs), 0)))
     bare = [n.half_width for n in fit_tether(flight, cell, installation).numbers if n.what.startswith("friction")]
-    for (plain, half), (moved, _), without in zip(*halves, bare, strict=True):
+    for (told, half), (moved, _), without in zip(*halves, bare, strict=True):
         assert without < 0.7 * half
-        assert abs(moved - plain) < half
+        assert abs(moved - told) < half
 
 
-def test_what_the_scale_of_a_transducer_may_be_is_in_the_gain_of_its_mount(run):
+def test_what_the_scale_of_a_transducer_may_be_is_in_the_gain_of_its_mount(run, plain):
     """0.5 % where nobody has measured it; gauge blocks have."""
     flight, cell, installation = run
     blocks = MountCalibration(read_mm=(0.0, 2.0), true_mm=(0.0, 2.0), curve_std_mm=2e-4)
     file = Calibration(on="2026-01-01", mount=dict.fromkeys(MOUNTS, blocks))
-    fits = [
-        fit_tether(flight, cell, one) for one in (installation, installation.calibrated_by(write_calibration(file)))
-    ]
+    fits = plain, fit_tether(flight, cell, installation.calibrated_by(write_calibration(file)))
     for (_, unknown), (_, known) in zip(*(fit.gains.values() for fit in fits), strict=True):
         assert unknown > 1.1 * known
 
@@ -258,9 +261,9 @@ def test_a_cell_that_feels_a_part_of_the_pull_is_refused(run, share):
         with_tether(Calibration(on="2026-01-01"), fit, "2026-01-02", "cell.csv")
 
 
-def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):
+def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run, plain):
     flight, cell, installation = run
-    assert not fit_tether(flight, cell, installation).remarks
+    assert not plain.remarks
     parts = {"upper": 0.36 / 0.46, "lower": 0.64 / 0.54}
     shifted = {n: parts[n.split("_")[-1]] * c for n, c in flight.channels.items() if n.startswith("model_N")}
     remarks = fit_tether(flight.with_channels(**shifted), cell, installation).remarks
@@ -268,9 +271,9 @@ def test_an_engine_that_hangs_as_a_rigid_body_is_said_aloud(run):
     assert all("a rigid body's 35 % against 46 %" in line and "expected rigid_body = true" in line for line in remarks)
 
 
-def test_what_the_cells_certificate_leaves_open_is_in_every_gain_and_in_nothing_else(run):
+def test_what_the_cells_certificate_leaves_open_is_in_every_gain_and_in_nothing_else(run, plain):
     flight, cell, installation = run
-    plain, vague = (fit_tether(flight, cell, installation, std) for std in (0.0, 0.005))
+    vague = fit_tether(flight, cell, installation, 0.005)
     for name, (gain, std) in plain.gains.items():
         assert vague.gains[name] == pytest.approx((gain, np.hypot(std, 0.005)))
     assert (vague.zeros_mm, vague.frictions, vague.lines) == (plain.zeros_mm, plain.frictions, plain.lines)
@@ -281,27 +284,27 @@ def test_what_the_cells_certificate_leaves_open_is_in_every_gain_and_in_nothing_
             fit_tether(flight, cell, installation, wrong)
 
 
-def test_a_hole_in_the_cells_record_is_not_bridged(run):
+def test_a_hole_in_the_cells_record_is_not_bridged(run, plain):
     """Nothing is known of what it pulled meanwhile; a straight line over it was 2.5 kN RMS wrong."""
     flight, cell, installation = run
-    whole, middle = fit_tether(flight, cell, installation), abs(cell.time_s - 250.0) < 50.0
+    middle = abs(cell.time_s - 250.0) < 50.0
     silent = cell.with_channels(force_N=np.where(middle, np.nan, cell["force_N"]))
     for record in (
         silent,
         make_recording("cell", {"time_s": cell.time_s[~middle], "force_N": cell["force_N"][~middle]}),
     ):
         found = fit_tether(flight, record, installation)
-        assert found.after_n < 1.5 * whole.after_n
-        assert found.gains["left_upper"][0] == pytest.approx(whole.gains["left_upper"][0], abs=0.005)
+        assert found.after_n < 1.5 * plain.after_n
+        assert found.gains["left_upper"][0] == pytest.approx(plain.gains["left_upper"][0], abs=0.005)
 
 
-def test_samples_of_the_cell_without_a_number_are_said_and_tell_no_more(run):
+def test_samples_of_the_cell_without_a_number_are_said_and_tell_no_more(run, plain):
     """With every seventh missing all rows beside them fell out, unsaid, and zeros were narrower than of all of it."""
     flight, cell, installation = run
     some = cell.with_channels(force_N=np.where(np.arange(len(cell)) % 7 == 3, np.nan, cell["force_N"]))
-    whole, found = (fit_tether(flight, one, installation) for one in (cell, some))
+    found = fit_tether(flight, some, installation)
     assert "samples have no number and are left out" in found.remarks[0]
-    for one, other in zip(whole.numbers, found.numbers, strict=True):
+    for one, other in zip(plain.numbers, found.numbers, strict=True):
         assert other.value == pytest.approx(one.value, abs=0.5 * one.half_width)
         assert other.half_width == pytest.approx(one.half_width, rel=0.05)
 
