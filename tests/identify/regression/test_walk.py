@@ -1,6 +1,7 @@
 """A load cell that walks: how far it does is told, and rubber that remembers for long is told from it."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -36,12 +37,25 @@ def held(levels_mm, each_s, n):
     return lfilter([0.2], [1.0, -0.8], np.resize(steps, n))
 
 
-def bench(rng, walk_n_h):
+@cache
+def benches(seed, walk_n_h=20.0):
     """An hour about no load, as benches are, with a cell that walks."""
+    rng = np.random.default_rng(seed)
     n = round(HOUR_S / DT_S)
     d = held(rng.uniform(-1.0, 1.0, 4000), 30.0, n)
     walk = walk_n_h * np.sqrt(DT_S / HOUR_S) * np.cumsum(rng.standard_normal(n))
-    return Segment("bench", 0.0, DT_S, {"deformation_mm": d}, rubber(d) + walk + NOISE_N * rng.standard_normal(n))
+    return (Segment("bench", 0.0, DT_S, {"deformation_mm": d}, rubber(d) + walk + NOISE_N * rng.standard_normal(n)),)
+
+
+@cache
+def found_of(*bench):
+    return regress(benches(*bench))
+
+
+@cache
+def walking(*bench):
+    """What is found when the cell may have walked."""
+    return with_walk(found_of(*bench), benches(*bench))
 
 
 def without_walk(shape, point):
@@ -55,8 +69,7 @@ def without_walk(shape, point):
 @pytest.mark.parametrize("seed", [1, 3, 5])
 def test_rubber_is_foretold_under_a_load_that_lasts_although_its_cell_walked(seed):
     """The bench hardly excites slow memory; what a cell walks would be taken for it, one way or the other."""
-    records = [bench(np.random.default_rng(seed), 20.0)]
-    plain = regress(records, settled=True)
+    plain = regress(benches(seed), settled=True)
     d = held([0.7], HOUR_S, round(HOUR_S / DT_S))
     record = Segment("flight", 0.0, DT_S, {"deformation_mm": d}, rubber(d))
 
@@ -65,7 +78,7 @@ def test_rubber_is_foretold_under_a_load_that_lasts_although_its_cell_walked(see
         model_n = found.shape.output_scale * simulate(*flies, records_for(found, [record])[0])
         return np.abs(record.force_n - model_n)[len(d) // 10 :].max()
 
-    assert missed_n(with_walk(regress(records), records)) < min(0.5 * missed_n(plain), 0.015 * record.force_n.max())
+    assert missed_n(walking(seed)) < min(0.5 * missed_n(plain), 0.015 * record.force_n.max())
 
 
 def test_lags_between_those_of_a_dense_set_are_found_where_they_are_and_are_no_walk():
@@ -83,7 +96,7 @@ def test_lags_between_those_of_a_dense_set_are_found_where_they_are_and_are_no_w
 
 
 def test_rubber_by_a_power_law_keeps_its_spectrum_though_its_cell_walks():
-    found = regress([bench(np.random.default_rng(1), 20.0)])
+    found = found_of(1)
     assert len(found.point.gain) == LAGS and not found.shape.move
 
 
@@ -100,11 +113,10 @@ def test_memory_of_a_mount_under_load_is_no_walk_of_a_cell_that_stands_still():
 
 
 def test_how_far_a_cell_walks_is_told_and_kept():
-    benches = [[bench(np.random.default_rng(3), far)] for far in (0.0, 20.0)]
-    still, walking = (with_walk(regress(records), records) for records in benches)
-    assert walk_n(kept(still)) < 3.0
-    assert 10.0 < walk_n(kept(walking)) < 40.0
-    assert not any("mode" in name for name in kept(walking).strengths)
+    still, walked = kept(walking(3, 0.0)), kept(walking(3))
+    assert walk_n(still) < 3.0
+    assert 10.0 < walk_n(walked) < 40.0
+    assert not any("mode" in name for name in walked.strengths)
 
 
 def test_every_recording_walks_by_itself_over_its_stretches():
