@@ -1,6 +1,7 @@
 """The regression: exact gradients, the floor on an unknown mount, groups that switch themselves off, its artifact."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -56,6 +57,13 @@ def segment(d, y, name="bench"):
     return Segment(name, 0.0, DT_S, {"deformation_mm": d}, y)
 
 
+@cache
+def found_of(**options):
+    """What is found of a record of such a mount."""
+    d, _, y = mount(**options)
+    return regress([segment(d, y)])
+
+
 @pytest.mark.parametrize("growth", [0.0, 3.0])
 def test_friction_that_grows_with_the_deformation_is_told_from_friction_that_does_not(growth):
     d, plain, _ = mount()
@@ -77,8 +85,7 @@ def unseen_error(found, **options):
 
 @pytest.mark.parametrize("friction_n", [0.0, 80.0])
 def test_a_mount_is_found_to_a_fraction_of_the_noise(friction_n):
-    d, _, y = mount(friction_n=friction_n)
-    found = regress([segment(d, y)])
+    found = found_of(friction_n=friction_n)
     assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.02)
     assert unseen_error(found, friction_n=friction_n) < 0.35 * NOISE_N
 
@@ -152,11 +159,8 @@ def test_a_rubber_that_flows_the_faster_the_more_it_carries():
 
 
 def test_friction_that_is_not_there_switches_itself_off():
-    d, _, y = mount()
-    found = regress([segment(d, y)])
+    found, rubbing = found_of(friction_n=0.0), found_of(friction_n=80.0)
     assert found.point.stops.sum() * found.shape.output_scale < 0.3 * NOISE_N
-    d, _, y = mount(friction_n=80.0)
-    rubbing = regress([segment(d, y)])
     assert rubbing.point.stops.sum() * rubbing.shape.output_scale == pytest.approx(80.0, rel=0.25)
 
 
@@ -171,9 +175,7 @@ def test_what_does_not_rub_is_learnt_without_friction():
 
 
 def test_a_record_that_begins_settled_is_told_from_one_that_begins_unloaded():
-    for settled in (True, False):
-        d, _, y = mount(settled=settled)
-        found = regress([segment(d, y)])
+    for settled, found in ((True, found_of(settled=True)), (False, found_of(friction_n=0.0))):
         assert np.sqrt(found.mean_square) * found.shape.output_scale == pytest.approx(NOISE_N, rel=0.02), settled
         assert unseen_error(found, settled=settled) < 0.35 * NOISE_N
 
@@ -217,7 +219,7 @@ def test_the_gradient_is_that_of_differences(options):
 
 def test_the_artifact_is_the_regression_within_a_tenth_of_the_noise():
     d, _, y = mount(friction_n=80.0)
-    found = regress([segment(d, y)])
+    found = found_of(friction_n=80.0)
     spec = fitted_from(found, [segment(d, y)]).spec
     began = begun_at(segment(d, np.zeros_like(y)), Beginning(0.0))
     flown = -residuals(spec, began)[1:]
