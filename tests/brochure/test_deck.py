@@ -184,3 +184,12 @@ def test_a_fuel_flow_that_lies_does_not_move_the_place_on_the_deck():
     right = estimate(numbers, inputs(fuel=0.09, n1=80.0, n2=85.0))[9:]
     for wrong in (0.02, 0.3, nan):
         assert estimate(numbers, inputs(fuel=wrong, n1=80.0, n2=85.0))[9:] == pytest.approx(right, rel=0.2)
+
+
+def test_many_instants_are_said_as_each_alone():
+    rng = np.random.default_rng(6)
+    rows = rng.uniform((0.01, 20.0, 50.0, 0.0, 0.0, -60.0, -5.0), (0.2, 105.0, 100.0, 0.8, 12e3, 40.0, 5.0), (300, 7))
+    rows[rng.random(rows.shape) < 0.1] = nan
+    each = [DECK.estimate(DeckInputs(*row), 1) for row in rows.tolist()]
+    told = [(one.thrust_n, one.std_n, one.fuel_flow_thrust_n, one.n1_thrust_n, one.per_fuel_n) for one in each]
+    assert np.array_equal(DECK.along(rows, 1), told, equal_nan=True)

@@ -16,9 +16,11 @@ from math import hypot, isfinite, log, nan, sqrt
 from typing import Literal, NamedTuple
 
 import msgspec
+import numpy as np
 
-from thrustd.brochure.deck_curves import DeckInputs, DeckNumbers, estimate, ratios, spool_flow
+from thrustd.brochure.deck_curves import DeckInputs, DeckNumbers, along, estimate, ratios, spool_flow
 from thrustd.brochure.deck_data import DeckData, check_deck, curve_numbers, spread_numbers, surface_numbers
+from thrustd.core.columns import Floats
 from thrustd.core.errors import DeckError
 
 Source = Literal["fuel_flow", "n1", "none"]
@@ -69,6 +71,12 @@ class Deck:
         thrust_n, std_n, weight_n1, outside, transient, *deck_n = estimate(self.numbers(engine), inputs)[:9]
         source: Source = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
         return DeckEstimate(thrust_n, std_n, source, outside, transient, *deck_n)
+
+    def along(self, rows: Floats, engine: int) -> Floats:
+        """Of many instants, inputs (n, 7): thrust, one sigma, thrusts by fuel flow and N1 alone, dF/d ln w, (n, 5)."""
+        out = np.empty((len(rows), 5))
+        along(self.numbers(engine), rows, out)
+        return out
 
     def log_flows(self, inputs: DeckInputs, engine: int) -> tuple[float, float, float]:
         """ln of the corrected fuel flow: as measured, as N1 and as N2 stand for it; NaN where nothing says so."""

@@ -195,3 +195,14 @@ INPUTS: Any = named(DeckInputs, *[types.float64] * 7)
 _tuple_of: Any = types.Tuple
 _SAID = _tuple_of([types.float64] * 3 + [types.boolean] * 2 + [types.float64] * 6)
 estimate: Any = compiled(_estimate, _SAID(NUMBERS, INPUTS), "numpy")
+
+
+def _along(deck: DeckNumbers, rows: Floats, out: Floats) -> None:
+    """Of many instants, inputs (n, 7): thrust, one sigma, thrusts by fuel flow and N1 alone, dF/d ln w into (n, 5)."""
+    for i in range(len(rows)):
+        row = rows[i]
+        said = estimate(deck, DeckInputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6]))
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = said[0], said[1], said[5], said[6], said[8]
+
+
+along: Any = compiled(_along, types.void(NUMBERS, _TABLE, _TABLE), "numpy")

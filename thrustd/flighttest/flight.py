@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 
 from thrustd.brochure.deck import Deck
-from thrustd.brochure.deck_curves import DeckInputs
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.flighttest.terms import band_in
@@ -153,6 +152,4 @@ def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> Deck
     fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
     rate = np.gradient(n1_pct, record.time_s) if len(record) > 1 else np.zeros(1)
     rows = np.column_stack((fuel, n1_pct, n2, *(record[name] for name in AIR), rate))
-    found = [deck.estimate(DeckInputs(*row), number) for row in rows.tolist()]
-    table = [(one.thrust_n, one.std_n, one.fuel_flow_thrust_n, one.n1_thrust_n, one.per_fuel_n) for one in found]
-    return DeckThrust(*np.array(table).T)
+    return DeckThrust(*deck.along(rows, number).T)
