@@ -9,7 +9,7 @@ from pkgutil import walk_packages
 
 import numpy as np
 
-OTHERS = "wire", "sync", "mounts", "fusion", "sinks", "sources", "twin", "identify"
+OTHERS = "wire", "sync", "mounts", "fusion", "brochure", "pipeline", "sinks", "sources", "twin", "identify"
 
 
 def _import(*folders: str) -> None:
