@@ -82,8 +82,8 @@ def extend(
 
     known, few, (nothing, fit, tried), base = searched(question, search, lambda found: found[1])
     fit = plain(known, few, _that_help(known, few, pruned(known, few, nothing, fit, tried)), question.rig)
-    otherwise = elsewhere(known, few, fit, question.rig) + by_other_laws(known, few, fit, question.rig, tried)
-    same = likely(fit, otherwise)
+    fit, moved = elsewhere(known, few, fit, question.rig)
+    same = likely(fit, moved + by_other_laws(known, few, fit, question.rig, tried))
     nothing, fit = told(base, rows, nothing), told(base, rows, fit)
     _check_better(spec, chosen, nothing, fit, base)
     _tell(progress, 0.9, "artifact")

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve
+from scipy.linalg import solve_triangular
 
 from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression.bounds import bounded, factor
 
 Factor = tuple[Floats, bool]
+
+
+ROUNDING = 1e-12  # of the information on a number
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,18 +34,19 @@ class Columns:
 
 @dataclass(frozen=True, slots=True)
 class Absorbed:
-    """The core's most probable step (p,) on some rows, its numbers of either sign eliminated.
+    """The core's most probable step (p,) on some rows, its numbers of either sign eliminated as Cholesky does.
 
-    In units in which the information on every number of the core is 1.
+    In units in which the information on every number of the core is 1. Where nothing tells a combination of them, all
+    that is known of it is rounding, and would explain what it likes: so much is added to every number.
     """
 
     vector: Floats  # (p,) where it is
     unit: Floats  # (p,) of every number
     free: NDArray[np.intp]  # numbers of either sign
     bound: NDArray[np.intp]  # the others, which cannot be negative
-    root: tuple[Floats, bool]  # of the information on the free ones
-    shares: Floats  # (free, bound) by which those give way to these
-    alone: Floats  # (free,) what they were without these
+    root: Floats  # (free, free) R, R'R: information on the free ones
+    across: Floats  # (free, bound) R'^-1 times what these share with those
+    alone: Floats  # (free,) R'^-1 times their right-hand side
     rest: Floats  # (bound, bound) information on these, whatever the free ones are
     towards: Floats  # (bound,) its right-hand side
 
@@ -50,26 +54,31 @@ class Absorbed:
     def of(cls, information: Floats, gradient: Floats, vector: Floats, positive: Flags) -> "Absorbed":
         """information (p, p) and gradient (p,) at the vector."""
         unit = 1.0 / np.sqrt(np.maximum(information.diagonal(), 1e-300))
-        told, towards = information * np.outer(unit, unit), unit * (gradient + information @ vector)
+        told = information * np.outer(unit, unit) + ROUNDING * np.eye(len(unit))
+        towards = unit * (gradient + information @ vector)
         free, bound = np.flatnonzero(~positive), np.flatnonzero(positive)
-        root, across = factor(told[np.ix_(free, free)]), told[np.ix_(free, bound)]
-        shares, alone = cho_solve(root, across), cho_solve(root, towards[free])
-        rest = told[np.ix_(bound, bound)] - across.T @ shares
-        return cls(vector, unit, free, bound, root, shares, alone, rest, towards[bound] - across.T @ alone)
+        root = factor(told[np.ix_(free, free)])[0]
+        across, alone = (_half(root, right) for right in (told[np.ix_(free, bound)], towards[free]))
+        rest = told[np.ix_(bound, bound)] - across.T @ across
+        return cls(vector, unit, free, bound, root, across, alone, rest, towards[bound] - across.T @ alone)
 
     def steps(self, beside: Columns, positive: Flags) -> tuple[Floats, Floats]:
         """The core's step (p,), and the numbers (k,) of columns of prior N(0, 1), in units of the noise."""
-        across, n, k = self.unit[:, None] * beside.across, len(self.bound), len(positive)
-        with_free = across[self.free]
-        give = cho_solve(self.root, with_free)
+        shared, n, k = self.unit[:, None] * beside.across, len(self.bound), len(positive)
+        half, among = _half(self.root, shared[self.free]), beside.among + np.eye(k)
         matrix = np.empty((n + k, n + k))
         matrix[:n, :n] = self.rest
-        matrix[:n, n:] = across[self.bound] - self.shares.T @ with_free
+        matrix[:n, n:] = shared[self.bound] - self.across.T @ half
         matrix[n:, :n] = matrix[:n, n:].T
-        matrix[n:, n:] = beside.among + np.eye(k) - with_free.T @ give
-        right = beside.right + beside.across.T @ self.vector - with_free.T @ self.alone
+        matrix[n:, n:] = among - half.T @ half + ROUNDING * np.diag(among.diagonal())
+        right = beside.right + beside.across.T @ self.vector - half.T @ self.alone
         numbers, _ = bounded(matrix, np.append(self.towards, right), np.append(np.ones(n, bool), positive))
         step = np.empty(len(self.vector))
         step[self.bound] = numbers[:n]
-        step[self.free] = self.alone - self.shares @ numbers[:n] - give @ numbers[n:]
+        step[self.free] = solve_triangular(self.root, self.alone - self.across @ numbers[:n] - half @ numbers[n:])
         return self.unit * step - self.vector, numbers[n:]
+
+
+def _half(root: Floats, right: Floats) -> Floats:
+    found: Floats = solve_triangular(root, right, trans="T", check_finite=False)
+    return found

@@ -11,7 +11,7 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import eased, gained, look_alikes, margin, rivals, stands, untold
 from thrustd.diagnose.search.floor import at_floor, mostly
 from thrustd.diagnose.search.grow import begun_like, hopeful, joined
-from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, without
+from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, unlikely, without
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
 from thrustd.diagnose.search.screen import leading, probed, screened, table_of
@@ -30,8 +30,8 @@ def undisputed(base: Base, records: Sequence[Record], ranked: Ranked, rig: Rig) 
     """
     best, fits = plain(base, records, ranked.best, rig), list(ranked.fits)
     while True:
-        moved = elsewhere(base, records, best, rig)
-        fits += moved
+        best, moved = elsewhere(base, records, best, rig)
+        fits += [fit for fit in (best, *moved) if not any(fit is one for one in fits)]
         words = disputed(best, rivals(best, fits))
         if not words:
             real = mostly(ranked.nothing, best, base) or eased(ranked.nothing, best)
@@ -65,8 +65,8 @@ def plain(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> Joint
     return best
 
 
-def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> list[Joint]:
-    """The same laws with each shape that these data do not tell at its other starts, one after the other.
+def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> tuple[Joint, list[Joint]]:
+    """The same laws with each shape that these data do not tell at its other starts: the likeliest end, and the others.
 
     What is not told there leaves the amplitude as much less known: how fast a rubber ages at first depends on how soon
     it has settled.
@@ -81,7 +81,8 @@ def elsewhere(base: Base, records: Sequence[Record], best: Joint, rig: Rig) -> l
             start = np.array([0.0 if p.name == name else numbers.get(p.name, 0.0) for p in moved.free])
             terms = (*best.terms[:i], moved, *best.terms[i + 1 :])
             found.append(joint_fit(base, records, terms, np.concatenate((*begun[:i], start, *begun[i + 1 :])), best))
-    return found
+    ends = sorted([best, *found], key=lambda fit: unlikely(fit, best.solution.noise_variance))
+    return ends[0], ends[1:]
 
 
 def by_other_laws(base: Base, records: Sequence[Record], best: Joint, rig: Rig, tried: Sequence[Joint]) -> list[Joint]:
