@@ -103,16 +103,6 @@ def test_a_second_search_begins_at_the_equations_of_the_first(monkeypatch):
     assert np.array_equal(ended(forget=True), ended(forget=False)) and any(begun)
 
 
-def test_a_rest_as_small_as_promised_is_that_noise_however_slow_it_is():
-    """The level of a slow rest as noise would hold all numbers at their priors, which leaves more, and slower."""
-    hidden = EffectSpec("sensor_drift", {"drift_mm_h": 0.02, "settling_h": 0.4})
-    slow = record([hidden], added=lambda data: 10.0 * np.sin(2 * np.pi * data["time_s"] / 900.0))
-    question = asked(mount(), [slow], NOTHING)
-    term = list(terms_of(effect_named("sensor_drift"), question.rig))[-1]
-    fit = joint_fit(question.base, question.rows, (term,), np.array(begin_at(term)))
-    assert fit.solution.mean_square * question.base.scale**2 < 1.05 * NOISE_N**2
-
-
 def test_sigmas_grow_where_blocks_disagree():
     steps = np.random.default_rng(2).standard_normal(12_000)
     wanders = np.repeat(200.0 * steps[::600], 600)

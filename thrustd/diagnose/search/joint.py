@@ -108,9 +108,6 @@ def joint_fit(
 ) -> Joint:
     """Everything together. `start`: numbers of the new terms to begin with; `like`: a fit whose core, and whose terms
     where none are told, to begin at.
-
-    The noise is as promised while the rest, or its slow part, is. A rest that is small but slow says less of a second
-    effect (`std_over`), not that the bench is to be believed against these records.
     """
     shape = replace(base.shape, terms=(*base.shape.terms, *terms))
     count, before = sum(len(term.free) for term in terms), base.shape.sizes["terms"]
@@ -130,8 +127,7 @@ def joint_fit(
         begun, given = revised, Given(prior, noise, least=1, normal=there)
         found = solve(shape, point, begun, strengths, iterations=ITERATIONS, given=given)
         level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
-        met = base.promised is not None and _near(found.mean_square, base.promised**2)
-        own = promised if met or _near(level, promised) else None
+        own = promised if _near(level, promised) else None
         same = all(new.before == old.before for new, old in zip(revised, begun, strict=True))
         if own == noise and same:
             break
