@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 from tests.conftest import ROOT, small_aircraft
+from thrustd.core.calibration import read_calibration
 from thrustd.core.config import read_config
 from thrustd.core.errors import ConfigError, ModelError
 
@@ -122,3 +123,11 @@ def test_settings_of_the_fusion_are_refused_with_their_file(line, words):
     config = read_config(f"{GOOD}\n[fusion]\n{line}\n", "aircraft.toml")
     with pytest.raises(ConfigError, match=words):
         dataclasses.replace(small_aircraft(), config=config, where="aircraft.toml").parts()
+
+
+@pytest.mark.parametrize("day", ["2027-11-31", "2026-02-29", "24.11.2026"])
+def test_a_day_that_the_calendar_does_not_have_is_one_short_line(day):
+    with pytest.raises(ConfigError) as refused:
+        read_calibration(f'[mount.left_upper]\nzeros = [{{ on = "{day}", mm = 0.0, std_mm = 0.001 }}]\n', "c.toml")
+    said = f"c.toml: mount.left_upper.zeros[0].on = '{day}': Expected a day of the calendar, as 2026-02-28"
+    assert str(refused.value) == said

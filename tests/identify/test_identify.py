@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from thrustd.core.errors import RecordingError, UsageError
+from thrustd.diagnose.compare.first_look import first_look
 from thrustd.identify.checks import check_records
 from thrustd.identify.identify import identify, split, useless
 from thrustd.identify.regression.general import Asked
@@ -237,11 +238,23 @@ def test_structures_share_the_fits_they_have_in_common(bench):
     assert fitted.note == "accel_z_g never moves: this is hw-pwl"
 
 
-def test_an_output_that_stands_still_while_the_input_moves_is_said(bench):
-    stuck = bench[0][FORCE].copy()
-    stuck[1000:2500] = 1234.0
-    (line,) = check_records([bench[0].with_channels(force_N=stuck)])
-    assert line.startswith("bench: force_N stays at 1234 for 1500 samples from 10 s on while deformation_mm moves")
+@pytest.mark.parametrize(("name", "other"), [("force_N", "deformation_mm"), ("deformation_mm", "force_N")])
+def test_a_transducer_that_stands_still_while_the_other_one_moves_is_said(bench, name, other):
+    held = bench[0][name].copy()
+    held[1000:2500] = held[1000]
+    stuck = bench[0].with_channels(**{name: held})
+    (line,) = check_records([stuck])
+    assert line.startswith(f"bench: {name} stays at {held[1000]:g} for 1500 samples from 10 s on while {other} moves")
+    assert line in first_look([stuck]).lines
+
+
+def test_rubber_that_is_held_and_relaxes_is_no_stuck_transducer():
+    time_s = np.arange(4000) * 0.05
+    held = np.where(time_s < 5.0, time_s / 5.0, 1.0)
+    noise = np.random.default_rng(0).normal(0.0, 5.0, len(time_s))
+    force_n = 3000.0 * held * (1.0 + np.exp(-time_s / 40.0)) / 2.0 + noise
+    data = {"time_s": time_s, "deformation_mm": held, "force_N": force_n}
+    assert check_records([make_recording("hold", data)]) == []
 
 
 def test_small_inputs_of_other_things_are_not_taken_for_metres(bench):

@@ -16,16 +16,13 @@ import msgspec
 from msgspec import Meta
 
 from thrustd.core.columns import Floats
-from thrustd.core.config import Section, read_toml
+from thrustd.core.config import Day, Section, read_toml
 from thrustd.core.errors import ConfigError
 
 LARGEST_ZERO_MM = 0.05  # more is no zero: something pushes, or the transducer is broken
 DRIFTED_MM = 0.01  # of a zero since it was measured: 50 N on a mount of 5 kN/mm, as far as a band holds it
 SCALE_STD, BOW_STD_MM = 0.005, 0.01  # of one transducer's line, relative and a parabola over its travel: one sigma
 HELD_STD_MM = LARGEST_ZERO_MM / 3.0  # one sigma of what friction holds of an earlier load, seen at rest
-_OF_MONTH = r"(0[13578]|1[02])-(0[1-9]|[12]\d|3[01])|(0[469]|11)-(0[1-9]|[12]\d|30)|02-(0[1-9]|1\d|2[0-8])"
-_LEAP = r"[12]\d(0[48]|[2468][048]|[13579][26])-02-29"
-Day = Annotated[str, Meta(pattern=rf"^([12]\d{{3}}-({_OF_MONTH})|{_LEAP})$")]  # ISO 8601, of a calendar
 _OF_CURVE = "beyond_std", "told_mm"
 Std = Annotated[float, Meta(gt=0, le=10)]
 

@@ -21,6 +21,10 @@ _PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{MOST_PARTS}}}")
 ESTIMATE_SLACK = 0.01  # 33.3 Hz is written for a third of 100
 
+_OF_MONTH = r"(0[13578]|1[02])-(0[1-9]|[12]\d|3[01])|(0[469]|11)-(0[1-9]|[12]\d|30)|02-(0[1-9]|1\d|2[0-8])"
+_LEAP = r"[12]\d(0[48]|[2468][048]|[13579][26])-02-29"
+_DAY = rf"^([12]\d{{3}}-({_OF_MONTH})|{_LEAP})$"
+Day = Annotated[str, Meta(pattern=_DAY)]  # ISO 8601, of a calendar
 Name = Annotated[str, Meta(pattern="^[a-z][a-z0-9_]{0,31}$")]
 Positive = Annotated[float, Meta(gt=0, le=1e9)]
 Scale = Annotated[float, Meta(ge=-0.01, le=0.01)]  # mm per count: 2^24 counts are an LVDT's few mm
@@ -201,6 +205,7 @@ def _with_value(table: Any, kind: type, problem: str) -> str:
     if "unknown field" in message:
         key = message.split("`")[1]
         return f"{path}{'.' if path else ''}{key}: no such key, expected one of {', '.join(_keys(kind, parts))}"
+    message = message.replace(f"`str` matching regex {_DAY!r}", "a day of the calendar, as 2026-02-28")
     return f"{path or 'the top level'} = {_short(value)}: {message}"
 
 

@@ -8,11 +8,13 @@ from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.identify.segments import DEFORMATION, FORCE, SHORTEST
 from thrustd.records.recording import Recording
+from thrustd.records.roles import roles_of
 
 METRE_SPAN = 0.02  # mm: a mount that moves less under kilonewtons was recorded in metres
 METRE_FORCE_N = 500.0
 CLIPPED_SHARE = 0.002  # of the samples at exactly the largest force
-STUCK, STUCK_SHARE = 50, 0.02  # samples of one value running, and of the record, while the input moves
+STUCK, STUCK_SHARE = 50, 0.02  # samples of one value running, and of the record, while the other transducer moves
+STUCK_MOVES = 0.1  # of its span
 FEWEST = 1000  # samples: less identifies a few numbers at most
 RATE_SPREAD = 1.02
 UNIT_RATIO = 50.0  # of spans: a record to judge that moves so much more or less was written in another unit
@@ -77,7 +79,7 @@ def _warnings(record: Recording, mount: bool) -> list[str]:
         lines.append(f"{FORCE} falls while {DEFORMATION} grows: expected both to grow with forward thrust; a sign?")
     if span_n == 0.0:
         lines.append(f"{FORCE} is {np.nanmean(force_n):g} all the time")
-    held = _clipped(force_n) or _stuck(record)
+    held = _clipped(force_n) or stuck(record)
     if held:
         lines.append(held)
     if len(record) < FEWEST:
@@ -102,20 +104,26 @@ def _clipped(force_n: Floats) -> str:
     return ""
 
 
-def _stuck(record: Recording) -> str:
-    """The longest run of one output value, when the input moves meanwhile."""
-    force_n, deformation = record[FORCE], record[DEFORMATION]
-    edges = np.flatnonzero(np.concatenate(([True], np.diff(force_n) != 0.0, [True])))
-    longest = int(np.argmax(np.diff(edges)))
-    part = slice(int(edges[longest]), int(edges[longest + 1]))
-    count = part.stop - part.start
-    if count < max(STUCK, STUCK_SHARE * len(record)) or not np.isfinite(deformation[part]).any():
-        return ""
-    if np.nanmax(deformation[part]) - np.nanmin(deformation[part]) < 0.1 * np.nanmax(
-        deformation - np.nanmin(deformation)
-    ):
-        return ""
-    return (
-        f"{FORCE} stays at {force_n[part.start]:g} for {count} samples from {record.time_s[part.start]:g} s on while "
-        f"{DEFORMATION} moves: a stuck sensor, or a dead zone? leave out what is no measurement"
-    )
+def stuck(record: Recording) -> str:
+    """The longest run of one value of a transducer, when the other one moves to and fro meanwhile; empty without one.
+
+    One way alone is what rubber does that is held: its force relaxes, or it creeps.
+    """
+    roles = roles_of([record])
+    said = {DEFORMATION: roles.input, FORCE: roles.output}
+    for name, other in ((FORCE, DEFORMATION), (DEFORMATION, FORCE)):
+        held, moving = record[name], record[other]
+        edges = np.flatnonzero(np.concatenate(([True], np.diff(held) != 0.0, [True])))
+        longest = int(np.argmax(np.diff(edges)))
+        part = slice(int(edges[longest]), int(edges[longest + 1]))
+        count, meanwhile = part.stop - part.start, moving[part][np.isfinite(moving[part])]
+        if count < max(STUCK, STUCK_SHARE * len(record)) or not len(meanwhile):
+            continue
+        rises, falls = meanwhile - np.minimum.accumulate(meanwhile), np.maximum.accumulate(meanwhile) - meanwhile
+        if min(rises.max(), falls.max()) >= STUCK_MOVES * _span(record, other):
+            since = f"{count} samples from {record.time_s[part.start]:g} s on"
+            return (
+                f"{said[name]} stays at {held[part.start]:g} for {since}"
+                f" while {said[other]} moves: a stuck sensor, or a dead zone? leave out what is no measurement"
+            )
+    return ""

@@ -17,6 +17,7 @@ from thrustd.diagnose.compare.loop_energy import loop_energy
 from thrustd.diagnose.compare.motion import Motion, motion_of
 from thrustd.diagnose.compare.reference import is_own_output
 from thrustd.diagnose.search.candidates import moves
+from thrustd.identify.checks import stuck
 from thrustd.identify.segments import DEFORMATION, FORCE, segments_of
 from thrustd.records.recording import Recording
 from thrustd.records.roles import roles_of
@@ -79,7 +80,8 @@ def first_look(records: Sequence[Recording]) -> FirstLook:
             " delay, damping, relaxation and creep cannot be told apart, nor friction and free play from softening",
         ),
     ]
-    lines = tuple(line for true, line in said if true) + _channels(records, where)
+    held = tuple(f"{record.name}: {line}" for record in records if (line := stuck(record)))
+    lines = held + tuple(line for true, line in said if true) + _channels(records, where)
     return FirstLook(turns, alike, tone, one_level, 2 * segment.dt_s, len(x) * segment.dt_s / 4, energy.delivers, lines)
 
 
