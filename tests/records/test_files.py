@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from thrustd.core.errors import RecordingError
+from thrustd.records.csv_file import read_csv
 from thrustd.records.files import READERS, read_recording, write_recording
 from thrustd.records.recording import make_recording
 from thrustd.records.time_axis import TimeAxis, read_timed
@@ -80,6 +81,38 @@ def test_bad_csv_is_one_clear_line(case, tmp_path):
     assert message in str(caught.value)
     assert "bad.csv" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("cells", "newtons"),
+    [(("1.027", "999"), [1027.0, 999.0]), (("1.027,30", "-1.234.567,5"), [1027.3, -1234567.5])],
+)
+def test_a_point_beside_decimal_commas_stands_between_thousands(tmp_path, cells, newtons):
+    path = tmp_path / "a.csv"
+    path.write_text("time_s;force_N\n" + "".join(f"0,{row};{cell}\n" for row, cell in enumerate(cells, 1)))
+    assert read_csv(path).columns["force_N"].tolist() == newtons
+
+
+@pytest.mark.parametrize(
+    ("cell", "words"),
+    [
+        ("0.050", "force_N is '0.050' in data row 2; expected a decimal comma, as elsewhere in the file"),
+        ("12.5", "force_N is '12.5' in data row 2; expected a decimal comma, as elsewhere in the file"),
+        ("1.02,5", "force_N is '1.02,5' in data row 2; expected a number"),
+    ],
+)
+def test_a_point_anywhere_else_beside_decimal_commas_is_refused_as_it_is_written(tmp_path, cell, words):
+    path = tmp_path / "a.csv"
+    path.write_text(f"time_s;force_N\n0,1;1,5\n0,2;{cell}\n")
+    with pytest.raises(RecordingError) as refused:
+        read_csv(path)
+    assert words in str(refused.value)
+
+
+def test_semicolons_alone_leave_a_point_a_decimal_point(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("time_s;force_N\n1;1.027\n2;3\n")
+    assert read_csv(path).columns["force_N"].tolist() == [1.027, 3.0]
 
 
 def test_csv_with_semicolons_and_decimal_commas(tmp_path):

@@ -1,9 +1,11 @@
 """CSV with one header line of canonical names: fast by pyarrow, exact to the last bit both ways.
 
-Comma or tab separated, or semicolon with a decimal comma. An empty cell or `nan` is a missing value. A column outside
-the catalogue that holds no number at all (remarks, dates) is left out and reported; text among numbers is an error.
+Comma or tab separated, or semicolon with a decimal comma; where numbers have one, points stand between thousands. An
+empty cell or `nan` is a missing value. A column outside the catalogue that holds no number at all (remarks, dates) is
+left out and reported; text among numbers is an error.
 """
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from thrustd.records.recording import TIME, Recording, signal_of
 MISSING = ["", "nan", "NaN", "NAN", "null"]
 SHOWN_NAMES = 4
 HEADER_BYTES = 1 << 20
+THOUSANDS = re.compile(r"\s*[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?\s*")  # 1.027 or 1.027,30, beside decimal commas
 BLOCK_BYTES = 16 << 20  # parsed at a time; pyarrow's own 1 MiB takes a fifth longer
 
 
@@ -55,7 +58,7 @@ def _header(path: Path) -> tuple[list[str], str]:
         raise RecordingError(f"{path.name}: {what}; expected a CSV file with one header line of channel names")
     delimiter = max((sign for sign in ";\t," if sign in line), key=line.count, default=",")
     names = [name.strip().strip('"') for name in line.split(delimiter)]
-    if all(_is_number(name.replace(",", ".")) for name in names):
+    if all(_number(name.replace(",", ".")) is not None for name in names):
         shown = ", ".join(names[:SHOWN_NAMES])
         raise RecordingError(
             f"{path.name}: its first line is no header: {shown or 'nothing in it'}; "
@@ -95,30 +98,42 @@ def _read_text(path: Path, names: list[str], delimiter: str, error: Exception) -
         raise RecordingError(
             f"{path.name}: not a rectangular CSV: {_one_line(broken)}; expected a line of names, then as many numbers"
         ) from error
+    texts = {name: table.column(name).to_pylist() for name in names}
+    comma = delimiter == ";" and any(
+        "," in cell and _number(cell, True) is not None for cells in texts.values() for cell in cells
+    )
     columns: dict[str, Floats] = {}
     notes: list[str] = []
-    for name in names:
-        cells = [cell.replace(",", ".") if delimiter == ";" else cell for cell in table.column(name).to_pylist()]
-        bad = [row for row, cell in enumerate(cells) if not _is_number(cell)]
+    for name, cells in texts.items():
+        values = [_number(cell, comma) for cell in cells]
+        bad = [row for row, value in enumerate(values) if value is None]
         if not bad:
-            columns[name] = np.array([float(cell) if cell not in MISSING else np.nan for cell in cells])
+            columns[name] = np.array(values, dtype=np.float64)
         elif len(bad) == len(cells) and signal_of(name) is None:
             notes.append(f"{name}: text column left out")
         else:
             raise RecordingError(
-                f"{path.name}: {name} is {cells[bad[0]]!r} in data row {bad[0] + 1}; expected a number"
+                f"{path.name}: {name} is {cells[bad[0]]!r} in data row {bad[0] + 1}; {_expected(cells[bad[0]])}"
             )
     return Loaded(columns, {}, tuple(notes))
 
 
-def _is_number(cell: str) -> bool:
+def _number(cell: str, comma: bool = False) -> float | None:
+    """What a cell stands for, None where it is no number; comma: the file's numbers have decimal commas."""
     if cell in MISSING:
-        return True
+        return np.nan
+    if comma and "." in cell and not THOUSANDS.fullmatch(cell):
+        return None
     try:
-        float(cell)
+        return float(cell.replace(".", "").replace(",", ".") if comma else cell)
     except ValueError:
-        return False
-    return True
+        return None
+
+
+def _expected(cell: str) -> str:
+    if _number(cell) is None:
+        return "expected a number"
+    return "expected a decimal comma, as elsewhere in the file, and points between thousands only"
 
 
 def _one_line(error: Exception) -> str:
