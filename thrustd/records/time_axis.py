@@ -10,17 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.records.clock import at_rate
 from thrustd.records.files import SHOWN_NOTES, file_sha256, load
 from thrustd.records.loaded import Loaded
 from thrustd.records.offer import offered_renames
 from thrustd.records.recording import TIME, Recording, make_recording, no_column, signal_of
 from thrustd.records.rename import Rename, check_unit, renamed, units_said
-
-CLOCK_SHARE = 0.01  # of a step: so much may a clock be off the rate that was asked for
 
 
 class TimeAxis(NamedTuple):
@@ -40,9 +37,9 @@ def timed(name: str, loaded: Loaded, axis: TimeAxis, renames: Sequence[Rename] =
     named, remarks = renamed(name, loaded.columns, renames)
     columns, notes = _of_one_length(name, named)
     if axis.rate_hz is not None:
-        notes += _replaced(name, columns.get(TIME), axis.rate_hz)
-        count = len(next(iter(columns.values()), ()))
-        columns[TIME] = np.arange(count) / axis.rate_hz
+        rows = len(next(iter(columns.values()), ()))
+        columns[TIME], words = at_rate(name, columns.get(TIME), rows, axis.rate_hz)
+        notes += words
     elif axis.column in columns:
         check_unit(axis.column, TIME)
         notes += [f"time_s replaced by {axis.column}, as asked for"] if TIME in columns and axis.column != TIME else []
@@ -70,19 +67,3 @@ def _of_one_length(name: str, columns: dict[str, Floats]) -> tuple[dict[str, Flo
         )
     kept = {key: column for key, column in columns.items() if len(column) == usual and key}
     return kept, [f"{key}: {count} values where others have {usual}, left out" for key, count in others.items()]
-
-
-def _replaced(name: str, time_s: Floats | None, rate_hz: float) -> list[str]:
-    """A word on a clock that a rate replaces; RecordingError where it goes otherwise by more than it trembles."""
-    if time_s is None or len(time_s) < 2:
-        return []
-    steps_s = np.diff(time_s)
-    low_s, usual_s, high_s = np.quantile(steps_s, [0.25, 0.5, 0.75])
-    if not usual_s > 0.0:
-        return [f"time_s does not rise; replaced by {rate_hz:g} rows a second, as asked for"]
-    if abs(1.0 / rate_hz - usual_s) > max(CLOCK_SHARE * usual_s, high_s - low_s):
-        raise RecordingError(
-            f"{name}: {rate_hz:g} rows a second were asked for, its time_s has {1 / usual_s:.4g}; expected one of both"
-            " (to put its clock aside: --rename time_s=clock)"
-        )
-    return [f"time_s, {1 / usual_s:.4g} rows a second, replaced by {rate_hz:g} as asked for"]
