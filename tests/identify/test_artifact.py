@@ -5,12 +5,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from thrustd.core.errors import ModelError
-from thrustd.identify.artifact import witness_rows
+from thrustd.identify.artifact import provenance, witness_rows
 from thrustd.model.artifact import read_model, write_model
 from thrustd.model.compile import check_witness
+from thrustd.records.recording import make_recording
 
 SHIPPED = sorted((Path(__file__).parents[2] / "models").glob("*.json"))
 CURVES = ("input_curve", "output_curve")
@@ -57,3 +59,9 @@ def test_the_rows_reach_over_the_valid_range_and_depend_on_nothing_but_the_model
     assert min(rows.inputs["deformation_mm"]) < low_mm < high_mm < max(rows.inputs["deformation_mm"])
     assert write_model(spec) == SHIPPED[0].read_text()
     assert rows == spec.witness
+
+
+def test_a_thermometer_without_a_value_gives_no_reference_temperature():
+    """Nor a warning of numpy, which is an error here."""
+    record = make_recording("rig", {"time_s": np.arange(9.0), "temperature_degC": np.full(9, np.nan)})
+    assert "mean_temperature_degC" not in provenance([record], [], {})

@@ -64,12 +64,10 @@ def provenance(
         found[COLUMNS] = list(roles)
     if dates:
         found["data_date"] = dates[0]
-    warmth = [float(np.nanmean(record["temperature_degC"])) for record in train if "temperature_degC" in record]
-    if warmth and np.isfinite(warmth).all():
-        found["mean_temperature_degC"] = float(np.mean(warmth))  # reference of the thermal effects
-        found["std_temperature_degC"] = float(
-            np.nanstd(np.concatenate([record["temperature_degC"] for record in train]))
-        )
+    warmth = [record["temperature_degC"] for record in train if "temperature_degC" in record]
+    if warmth and all(np.isfinite(column).any() for column in warmth):
+        found["mean_temperature_degC"] = float(np.mean([np.nanmean(column) for column in warmth]))  # of thermal effects
+        found["std_temperature_degC"] = float(np.nanstd(np.concatenate(warmth)))
     return found | {f"option_{key}": value for key, value in options.items()}
 
 

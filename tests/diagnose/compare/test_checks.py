@@ -47,6 +47,12 @@ def test_a_bad_record_is_refused_in_one_line(data, words):
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize("channel", ["accel_x_g", "accel_y_g", "accel_z_g", "temperature_degC"])
+def test_a_channel_without_a_value_is_in_no_wrong_unit(channel):
+    """Without a warning of numpy, which is an error here."""
+    check_recording(BASE.with_channels(**{channel: np.full(len(BASE), np.nan)}), mount())
+
+
 def test_a_column_that_was_converted_while_it_was_read_is_in_the_unit_of_its_name(tmp_path):
     """A shaker of 12 g; the axis was recorded in m/s2 and --rename says so. Nothing is guessed at again, here."""
     shaken = scaled("accel_x_g", 9.80665 * 12).with_channels(temperature_degC=BASE["temperature_degC"] + 273.15)

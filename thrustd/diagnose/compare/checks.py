@@ -56,15 +56,20 @@ def _check_sizes(record: Recording, spec: ModelSpec) -> None:
     else:
         _check_other_units(record, spec)
     for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
-        if axis in record and not units_trusted(record, axis):
+        if _asks_unit(record, axis):
             _check_accel(record, axis, rest)
-    if "temperature_degC" in record and not units_trusted(record, "temperature_degC"):
+    if _asks_unit(record, "temperature_degC"):
         middle = _median(record["temperature_degC"])
         if KELVIN[0] < middle < KELVIN[1]:
             raise RecordingError(
                 f"{record.name}: temperature_degC is about {middle:.0f}: that is kelvin, expected degC"
                 f" (subtract 273.15{OVERRULED})"
             )
+
+
+def _asks_unit(record: Recording, name: str) -> bool:
+    """Whether a channel is there with a size to judge, and nobody vouches for its unit."""
+    return name in record and not units_trusted(record, name) and bool(np.isfinite(record[name]).any())
 
 
 def _check_other_units(record: Recording, spec: ModelSpec) -> None:

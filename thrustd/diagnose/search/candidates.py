@@ -84,7 +84,10 @@ def _reason(effect: Effect, records: Sequence[Recording], present: Sequence[str]
             continue
         if not all(channel in record for record in records):
             return f"channel {channel} is not in the data"
-        if not moves(np.concatenate([record[channel] for record in records])):
+        column = np.concatenate([record[channel] for record in records])
+        if not np.isfinite(column).any():
+            return f"channel {channel} has no value at all"
+        if not moves(column):
             return f"channel {channel} never moves"
         if not all(complete(record[channel]) for record in records):
             return f"channel {channel} has values missing"
