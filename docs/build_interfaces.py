@@ -63,7 +63,8 @@ COLUMNS = """Bench records, flights and converted files use the names of the cha
 Parquet, field of MCAP, variable of npz and mat. On a bench record they stand alone: `time_s`, `deformation_mm`,
 `force_N`. In a recording of an aircraft the owner's name in the configuration follows: an engine's (`n1_pct_left`,
 `fuel_flow_kg_s_right`) or a mount's (`deformation_mm_left_upper`, `temperature_degC_right_lower`); channels of the
-aircraft have no owner (`mach`, `accel_z_g`).
+aircraft have no owner (`mach`, `accel_z_g`). Instead of seconds `time_s` of a CSV may hold ISO 8601 dates or times of
+day, that of Parquet timestamps or durations: they are read as seconds since the first.
 """
 
 OWN_COLUMNS = "Other columns are kept, as candidates for the diagnosis; their unit is read from an ending: "

@@ -15,6 +15,7 @@ from pyarrow import csv
 
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.records.dates import CALLED, EXPECTED, seconds
 from thrustd.records.loaded import Loaded, check_columns
 from thrustd.records.recording import TIME, Recording, signal_of
 
@@ -109,11 +110,15 @@ def _read_text(path: Path, names: list[str], delimiter: str, error: Exception) -
         bad = [row for row, value in enumerate(values) if value is None]
         if not bad:
             columns[name] = np.array(values, dtype=np.float64)
+        elif name == TIME and (since_s := seconds(table.column(name))) is not None:
+            columns[name] = since_s
+            notes.append(f"{TIME}: seconds since {cells[0]}")
         elif len(bad) == len(cells) and signal_of(name) is None:
-            notes.append(f"{name}: text column left out")
+            times = TIME not in names and seconds(table.column(name).slice(0, 1)) is not None
+            notes.append(f"{name}: text column left out{CALLED if times else ''}")
         else:
             raise RecordingError(
-                f"{path.name}: {name} is {cells[bad[0]]!r} in data row {bad[0] + 1}; {_expected(cells[bad[0]])}"
+                f"{path.name}: {name} is {cells[bad[0]]!r} in data row {bad[0] + 1}; {_expected(name, cells[bad[0]])}"
             )
     return Loaded(columns, {}, tuple(notes))
 
@@ -130,9 +135,9 @@ def _number(cell: str, comma: bool = False) -> float | None:
         return None
 
 
-def _expected(cell: str) -> str:
+def _expected(name: str, cell: str) -> str:
     if _number(cell) is None:
-        return "expected a number"
+        return EXPECTED if name == TIME else "expected a number"
     return "expected a decimal comma, as elsewhere in the file, and points between thousands only"
 
 

@@ -7,7 +7,9 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
+from thrustd.records.dates import CALLED, seconds
 from thrustd.records.loaded import NUMBER_BYTES, Loaded, check_columns, check_expanded, read_metadata
 from thrustd.records.recording import TIME, Recording, signal_of
 
@@ -21,7 +23,7 @@ def read_parquet(path: Path) -> Loaded:
             names, notes = _numbers(file, path)
             table = file.read(columns=names)
             text = (file.schema_arrow.metadata or {}).get(METADATA_KEY)
-        columns = {name: np.asarray(table.column(name).to_numpy(), dtype=np.float64) for name in names}
+        columns = {name: _floats(table.column(name)) for name in names}
     except RecordingError:
         raise
     except Exception as error:  # damage shows as ArrowInvalid, OSError, UnicodeDecodeError, MemoryError ...
@@ -40,12 +42,13 @@ def _numbers(file: parquet.ParquetFile, path: Path) -> tuple[list[str], tuple[st
     for field in schema:
         if schema.names.count(field.name) > 1:
             raise RecordingError(f"{path.name}: column {field.name!r} appears twice; expected once")
-        if _numeric(field.type):
+        if _numeric(field.type) or (field.name == TIME and pa.types.is_temporal(field.type)):
             names.append(field.name)
         elif signal_of(field.name):
             raise RecordingError(f"{path.name}: {field.name} holds {field.type}; expected numbers")
         else:
-            notes.append(f"{field.name}: {field.type} column left out")
+            times = TIME not in schema.names and pa.types.is_temporal(field.type)
+            notes.append(f"{field.name}: {field.type} column left out{CALLED if times else ''}")
     return names, tuple(notes)
 
 
@@ -53,6 +56,11 @@ def write_parquet(record: Recording, path: Path) -> None:
     table = pa.table({TIME: record.time_s, **record.channels})
     table = table.replace_schema_metadata({METADATA_KEY: json.dumps(record.metadata).encode()})
     parquet.write_table(table, path, compression="zstd", use_dictionary=False)
+
+
+def _floats(column: pa.ChunkedArray) -> Floats:
+    since_s = seconds(column) if pa.types.is_temporal(column.type) else None
+    return np.asarray(column.to_numpy(), dtype=np.float64) if since_s is None else since_s
 
 
 def _numeric(kind: pa.DataType) -> bool:
