@@ -35,6 +35,18 @@ def test_a_model_worse_than_a_constant_is_written_and_stops_a_script(tmp_path, c
     assert out.exists()
 
 
+def test_identify_and_compare_tell_how_long_a_record_is_and_at_what_rate(tmp_path, capsys):
+    """Milliseconds in time_s make hours of minutes."""
+    u = np.repeat(np.random.default_rng(1).uniform(0, 1, 50), 20)
+    path, out = str(tmp_path / "bench.csv"), str(tmp_path / "bench.json")
+    columns = np.column_stack((np.arange(1000) * 50.0, u, 3.0 * u))
+    np.savetxt(path, columns, delimiter=",", header="time_s,u,y", comments="")
+    named = ["--input", "u", "--output", "y"]
+    for call in (["identify", path, "--structure", "static-pwl", "-o", out], ["compare", out, path]):
+        main([*call, *named])
+        assert "bench.csv: 1000 samples, 13.88 h, 0.02 Hz" in capsys.readouterr().out
+
+
 def test_a_missing_column_is_named(tmp_path, capsys):
     path = tmp_path / "tank.csv"
     np.savetxt(path, np.ones((50, 2)) * np.arange(50)[:, None], delimiter=",", header="time_s,u", comments="")

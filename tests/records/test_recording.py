@@ -130,3 +130,8 @@ def test_units_come_from_the_catalogue_or_the_name():
     assert unit_of("hydraulic_pressure_bar") == "bar"
     assert unit_of("remark") == ""
     assert signal_of("mach_number") is None
+
+
+@pytest.mark.parametrize(("seconds", "told"), [(0.05, "50.0 s, 20 Hz"), (50.0, "13.89 h, 0.02 Hz")])
+def test_how_long_a_recording_is_and_at_what_rate_is_told(seconds, told):
+    assert make_recording("rig.csv", {"time_s": np.arange(1001) * seconds}).extent == f"rig.csv: 1001 samples, {told}"

@@ -25,7 +25,7 @@ from thrustd.identify.structures.block_fits import BlockFits
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.once import check_each_once
 from thrustd.records.recording import Recording
-from thrustd.records.roles import Roles, roles_of
+from thrustd.records.roles import roles_of
 
 PARTS, GROUPS = 20, 5  # of every record; one group of parts is held out when no other records are given
 CHANCE = 15.1  # z squared, once in 10 000
@@ -46,6 +46,7 @@ class Identified:
     warnings: tuple[str, ...]
     unit: str = "N"  # of the output, empty when nobody knows it
     usable: bool = True
+    records: tuple[str, ...] = ()  # how long each is, and at what rate
 
     def to_json(self) -> dict[str, object]:
         return {
@@ -54,11 +55,14 @@ class Identified:
             "unit": self.unit,
             "usable": self.usable,
             "structures": as_rows(self.scores),
+            "records": list(self.records),
             "warnings": list(self.warnings),
         }
 
     def print(self, console: Console) -> None:
         console.print(as_table(self.scores, self.unit))
+        for line in self.records:
+            console.print(line, highlight=False)
         for line in self.warnings:
             console.print(f"warning: {line}", style="yellow")
 
@@ -103,15 +107,17 @@ def identify(
     options: dict[str, str | float] = {"structure": best.structure}
     options |= {key: wish for key in ("order", "segments") if (wish := getattr(fits.wish, key))}
     spec = finished(msgspec.structs.replace(cast(ModelSpec, fitted.spec), name=name), fitting, held_out, options)
-    return _identified(spec, [score for _, score in results], warnings, roles_of(train), not worse)
+    return _identified(spec, [score for _, score in results], warnings, [*train, *validate], not worse)
 
 
 def _identified(
-    spec: ModelSpec, scores: Sequence[Score], warnings: Sequence[str], roles: Roles, usable: bool
+    spec: ModelSpec, scores: Sequence[Score], warnings: Sequence[str], records: Sequence[Recording], usable: bool
 ) -> Identified:
     """In the words and the unit of the file."""
+    roles = roles_of(records)
     said = tuple(map(roles.in_words, dict.fromkeys(warnings)))
-    return Identified(spec, tuple(scores), said, roles.output_unit, usable)
+    extents = tuple(record.extent for record in records)
+    return Identified(spec, tuple(scores), said, roles.output_unit, usable, extents)
 
 
 def _best(results: Sequence[tuple[Fitted, Score]], apart: Sequence[str]) -> tuple[Fitted, Score]:

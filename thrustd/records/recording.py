@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 TIME = "time_s"
 MOST_MISSING = 8  # channels that get a line each
+HOURS_S = 7200.0  # from here on a length is told in hours
 OVERLOAD = 1e30  # what acquisition systems write for no reading: 9.9e37, 1e308
 MOST_CHANNELS = 40  # of a recording's table
 MOST_LISTED = 12  # names in a complaint
@@ -91,6 +92,13 @@ class Recording:
     @property
     def duration_s(self) -> float:
         return float(self.time_s[-1] - self.time_s[0])
+
+    @property
+    def extent(self) -> str:
+        """Rows, length and rate, as people read them: milliseconds taken for seconds show here."""
+        hertz = f", {self.sample_hz:.4g} Hz" if len(self) > 1 else ""
+        length = f"{self.duration_s:.1f} s" if self.duration_s < HOURS_S else f"{self.duration_s / 3600:.4g} h"
+        return f"{self.name}: {len(self)} samples, {length}{hertz}"
 
     def segments(self, factor: float = GAP_FACTOR) -> list[slice]:
         """Stretches without a gap, a gap being a step longer than `factor` median steps."""
@@ -265,8 +273,7 @@ def _table(record: Recording) -> "Table":
     if more > 0:
         rows.append([f"... {more} more", "", "", "", "", ""])
     table = plain_table(("channel", "unit", "smallest", "mean", "largest", "missing"), rows)
-    hertz = f", {record.sample_hz:g} Hz" if len(record) > 1 else ""
-    table.title = f"{record.name}: {len(record)} samples, {record.duration_s:.1f} s{hertz}"
+    table.title = record.extent
     table.title_justify = "left"
     return table
 

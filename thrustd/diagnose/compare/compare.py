@@ -71,7 +71,8 @@ def compare(
             found.append(_comparison(name, spec, record, load_cell_std_n, against))
     remarks += [c.check.sentence for c in found if c.check.sentence]
     remarks += [IS_NO_TRUTH] if against == BROCHURE else []
-    return CompareReport(tuple(found), {record.name: first_look([record]) for record in records}, tuple(remarks))
+    looks, extents = {record.name: first_look([record]) for record in records}, [record.extent for record in records]
+    return CompareReport(tuple(found), looks, tuple(extents), tuple(remarks))
 
 
 def _comparison(

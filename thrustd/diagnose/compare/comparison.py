@@ -108,15 +108,24 @@ class CompareReport:
 
     comparisons: tuple[Comparison, ...]
     first_look: dict[str, FirstLook] = field(default_factory=dict)  # by recording
+    records: tuple[str, ...] = ()  # how long each is, and at what rate
     remarks: tuple[str, ...] = ()  # channels taken at rest, checks that are none or contradict a model
 
     def to_json(self) -> dict[str, Any]:
         looks = [{"recording": name, **look._asdict()} for name, look in self.first_look.items()]
         found = [c.to_json() for c in self.comparisons]
-        return {"error": ERROR, "comparisons": found, "first_look": looks, "remarks": list(self.remarks)}
+        return {
+            "error": ERROR,
+            "comparisons": found,
+            "first_look": looks,
+            "records": list(self.records),
+            "remarks": list(self.remarks),
+        }
 
     def print(self, console: Console) -> None:
         """What the records cannot tell, table side by side, then where each model fails, then its error ledger."""
+        for line in self.records:
+            console.print(line, highlight=False)
         for line in (*(line for look in self.first_look.values() for line in look.lines), *self.remarks):
             console.print(line)
         console.print(_table(self.comparisons))
