@@ -10,7 +10,8 @@ diagnose, extend, compile, replay and fly like any built-in effect:
 
 Names of the catalogue are channels, and so is whatever stands in quotes, `k * "Temp [degC]"` (`expression_effect` puts
 them where the columns of a recording are given; artifacts of before have brackets). Every other name is a parameter.
-A parameter that makes the whole expression vanish at zero is an amplitude; the others are shape, starting at 1.
+A parameter that makes the whole expression vanish at zero is an amplitude; the others are shape. Where they begin, and
+how far they may go, follows from the records (`diagnose/search/formulas.py`).
 """
 
 import ast
@@ -31,6 +32,7 @@ LONGEST_NAME = 200  # of a column
 DEEPEST = 16  # stack
 NESTED = 60  # parts within each other: what walks over them recurses
 LIMIT = 1e12
+DRAWS = 16  # values of names and channels at which a formula is tried
 CONSTANT, CHANNEL, ADD, SUBTRACT, MULTIPLY, DIVIDE, POWER, NEGATE = range(8)
 _BINARY = {ast.Add: ADD, ast.Sub: SUBTRACT, ast.Mult: MULTIPLY, ast.Div: DIVIDE, ast.Pow: POWER}
 FUNCTIONS = {"abs": 8, "sqrt": 9, "exp": 10, "log": 11, "sin": 12, "cos": 13, "tanh": 14, "sign": 15}
@@ -230,10 +232,13 @@ def _amplitudes(program: Program, channels: tuple[str, ...], names: tuple[str, .
 
 
 def _vanishes(program: Program, channels: tuple[str, ...], names: tuple[str, ...], zero: set[str]) -> bool:
+    """Wherever it is a number: a factor of nothing does not make one of a root of what is negative."""
     rng = np.random.default_rng(0)
-    x = np.zeros(_depth(program))
-    for _ in range(8):
+    x, found = np.zeros(_depth(program)), False
+    for _ in range(DRAWS):
         values = {name: 0.0 if name in zero else float(rng.uniform(0.5, 1.5)) for name in names}
-        if step(x, _prepare(program, channels, values, 1.0), rng.uniform(0.5, 1.5, len(channels)), 0.0) != 0.0:
+        value = step(x, _prepare(program, channels, values, 1.0), rng.uniform(0.5, 1.5, len(channels)), 0.0)
+        if math.isfinite(value) and value != 0.0:
             return False
-    return True
+        found = found or value == 0.0
+    return found

@@ -15,6 +15,7 @@ from thrustd.core.errors import ModelError
 from thrustd.core.measures import order_of
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import combined, moves
+from thrustd.diagnose.search.formulas import formula_terms
 from thrustd.diagnose.search.rig import RigPriors
 from thrustd.identify.regression.friction import FLOW, play_of
 from thrustd.identify.regression.record import Record
@@ -27,7 +28,7 @@ from thrustd.model.effect import Effect, Parameter, Site
 from thrustd.model.effects import effect_named
 from thrustd.model.effects.hysteresis_stops import EFFECT as STOPS
 from thrustd.model.elsewhere import AT, KIND, TEMPERATURE, thermal
-from thrustd.model.expression import is_expression
+from thrustd.model.expression import PREFIX, is_expression
 from thrustd.model.free_curve import (
     CURVE_OF,
     KNOTS,
@@ -41,7 +42,7 @@ from thrustd.model.stage import DEFORMATION, Floats
 
 RATE_MM_S = 0.015  # of such a mount while it moves
 TRAVEL_MM = 1.2  # of a PH-LAB mount between idle and full thrust, for which the starts of the effects are made
-WIDE = 1e4  # the same where it is of a user's formula
+WIDE = 1e4  # the same of what the shelf has not as it stands, such as a law by another thermometer
 HEIGHT = 0.02  # of the travel, or of the force between its ends: sigma of a free curve's heights
 GAIN = 0.1  # of one that multiplies the force
 RUBBER = "rubber"
@@ -80,6 +81,7 @@ class Rig:
     places: Callable[[str], Floats | None]  # of the heights of a free curve of a channel
     heights: Mapping[Site, float]  # one sigma of these
     late_s: tuple[float, ...]  # by which it may act late
+    formula: Callable[[Effect], Sequence[Term]]  # of a user, from its starts
     lags_s: tuple[float, float]  # fastest and slowest that a record can show
 
 
@@ -107,6 +109,7 @@ def rig_of(records: Sequence[Record], base: Base, spec: ModelSpec, priors: RigPr
         lambda channel: places_of([column_of(channel, record.channels) for record in records]),
         heights_of(records, base),
         tuple(samples * records[0].dt_s for samples in LATE_SAMPLES),
+        lambda effect: formula_terms(effect, records, float(np.nanstd(y))),
         lags_of([(len(record) - record.stood) * record.dt_s for record in records], records[0].dt_s),
     )
 
@@ -133,6 +136,9 @@ def laws(effects: Iterable[Effect]) -> list[Effect]:
 
 def terms_of(effect: Effect, rig: Rig) -> Iterator[Term]:
     """One per combination of starts of the shape parameters; in proportion to a channel: growing and fading with it."""
+    if effect.name.startswith(PREFIX):
+        yield from rig.formula(effect)
+        return
     if is_curve(effect.name):
         at = rig.places(effect.name.partition(CURVE_OF)[2])
         if at is None:

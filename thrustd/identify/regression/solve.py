@@ -181,7 +181,8 @@ def _step(
 
 
 def _squares(shape: Shape, point: Point, records: Sequence[Record]) -> float:
-    return float(sum(np.nansum((r.y - simulate(shape, point, r)) ** 2) for r in records))
+    """None, where a formula is no number."""
+    return float(sum(np.sum((r.y - simulate(shape, point, r))[r.known] ** 2) for r in records))
 
 
 def _count(normal: Normal) -> int:

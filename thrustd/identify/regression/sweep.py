@@ -37,7 +37,7 @@ def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> N
     for record in records:
         residual = np.full(len(record), np.nan)
         for known, rows, missed in columns(shape, point, record):
-            residual[known] = missed
+            residual[known] = np.where(np.isnan(missed), np.inf, missed)  # a formula is none here: no place to be
             matrix += squared(rows, shape.parts()["h"])
             right += rows.T @ missed
         residuals.append(residual)

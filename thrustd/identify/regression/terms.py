@@ -22,13 +22,14 @@ from thrustd.model.stage import DEFORMATION, Floats
 Places = NDArray[np.intp] | slice
 
 NUDGE = 1e-3  # of a number without dimension: step of the difference quotient
+TINY = 1e-300  # a step that is none
 APART = 0.3  # of such a number, to both sides: what reads through a play jumps, and its slope is that of a secant
 
 
 @dataclass(frozen=True, slots=True)
 class Term:
     """One effect with what of it is estimated. `fixed`: parameters as they are or begin; `std`: of each amplitude, and
-    of a shape that is known better than its card says.
+    of a shape that moves by adding and not as its card says.
 
     `centre`: means of the amplitudes' priors where they are not neutral; `shapes`: whether shape parameters are free;
     `known`: whether earlier records told its numbers, which then have no N(0, 1) of their own; `sized`: whether physics
@@ -61,8 +62,8 @@ class Term:
         for p, number in zip(self.free, numbers, strict=True):
             if p.amplitude:
                 value = self.centre.get(p.name, p.neutral) + self.std[p.name] * float(number)
-            elif p.spread > 0.0:
-                value = self.fixed[p.name] + self.std.get(p.name, p.spread) * float(number)
+            elif (sigma := self.std.get(p.name, p.spread)) > 0.0:
+                value = self.fixed[p.name] + sigma * float(number)
             elif self.fixed[p.name] > 0.0:
                 value = self.fixed[p.name] * float(np.exp(number))
             else:
@@ -75,11 +76,11 @@ class Term:
         return np.array([self._walls(p) for p in self.free]).reshape(-1, 2)
 
     def _walls(self, p: Parameter) -> tuple[float, float]:
-        ends, begin = np.array([p.low, p.high]), self.fixed[p.name]
+        ends, begin, sigma = np.array([p.low, p.high]), self.fixed[p.name], self.std.get(p.name, p.spread)
         if p.amplitude:
             return -np.inf, np.inf  # where physics knows a sign, `positive` does
-        if p.spread > 0.0 or begin <= 0.0:
-            low, high = (ends - begin) / ((self.std.get(p.name) or p.spread) if p.spread > 0.0 else 1.0)
+        if sigma > 0.0 or begin <= 0.0:
+            low, high = (ends - begin) / (sigma or 1.0)
         else:
             with np.errstate(divide="ignore"):
                 low, high = np.clip(np.log(np.maximum(ends, 0.0) / begin), -p.e_folds, p.e_folds)
@@ -234,9 +235,11 @@ def added(term: Term, numbers: Floats, seen: Seen, places: Places) -> tuple[Floa
     low, high = np.minimum(term.walls()[:, 0], numbers), np.maximum(term.walls()[:, 1], numbers)
     for i in np.flatnonzero(~straight):
         step = APART * np.eye(len(numbers))[i]
-        ends = [np.clip(numbers + d, low, high) for d in (step, -step)]
-        up, down = (_run(term, term.values(end), seen, nothing, 0.0)[places] for end in ends)
-        table[:, i] = (up - down) / (ends[0] - ends[1])[i]
+        ends = np.clip(numbers + np.array((step, -step)), low, high)
+        moved = [_run(term, term.values(end), seen, nothing, 0.0)[places] for end in ends]
+        there = np.isfinite(moved)  # a formula that is a number here need not be one there: from one side, or none
+        (up, down), far = np.where(there, moved, force), np.where(there, ends[:, i, None], numbers[i])
+        table[:, i] = (up - down) / np.maximum(far[0] - far[1], TINY)
     return force, table
 
 
@@ -255,12 +258,8 @@ def _kept(term: Term, key: tuple[Any, ...], seen: Seen, places: Places, made: Ca
 
 def branches(terms: Sequence[Term], numbers: Floats) -> list[tuple[float, float]]:
     """Time constants, s, and gains that effects add to the relaxation of the core."""
-    parts = [
-        term.effect.lags(term.values(own))
-        for term, own in zip(terms, split(terms, numbers), strict=True)
-        if term.effect.lags
-    ]
-    return [branch for part in parts for branch in part]
+    own = zip(terms, split(terms, numbers), strict=True)
+    return [lag for term, part in own if term.effect.lags for lag in term.effect.lags(term.values(part))]
 
 
 def branched_by(terms: Sequence[Term], numbers: Floats) -> Floats:
