@@ -39,6 +39,34 @@ def test_compare_reads_the_columns_and_prints_their_unit(rig, capsys):
     assert "RMSE tonf" in shown and "kN" not in shown and " N" not in shown.replace(" N ", "")
 
 
+def test_info_names_the_columns_of_the_model_and_no_newton(rig, capsys):
+    assert main(["info", str(rig / "m.json")]) == 0
+    shown = capsys.readouterr().out
+    assert "  travel_cm  -" in shown and "  load_tonf  -" in shown
+    assert "deformation_mm" not in shown and "force_n" not in shown and " N" not in shown
+
+
+@pytest.mark.parametrize("verb", ["compare", "diagnose", "extend"])
+def test_a_column_in_another_unit_than_the_models_is_refused(rig, capsys, tmp_path, verb):
+    """Taken as they stand, millimetres would be centimetres and newtons tonnes, with sizes that look possible."""
+    table = np.loadtxt(rig / "b.csv", delimiter=",", skiprows=1)
+    np.savetxt(tmp_path / "m.csv", table, delimiter=",", header="deformation_mm,force_N,oil_bar", comments="")
+    more = ["--effect", "creep", "-o", str(tmp_path / "x.json")] if verb == "extend" else []
+    assert main([verb, str(rig / "m.json"), str(tmp_path / "m.csv"), "--rate", "20", *more]) == 2
+    line = capsys.readouterr().err
+    assert "travel_cm of the model is in cm, deformation_mm of m.csv in mm; expected a column in cm" in line
+    assert "--rename 'deformation_mm=travel_cm*FACTOR'" in line and line.count("\n") == 1
+
+
+def test_a_column_that_was_converted_or_says_no_unit_is_compared(rig, capsys, tmp_path):
+    table = np.loadtxt(rig / "b.csv", delimiter=",", skiprows=1) * [10, 1, 1]
+    np.savetxt(tmp_path / "m.csv", table, delimiter=",", header="deformation_mm,load,oil_bar", comments="")
+    said = ["--rate", "20", "--rename", "deformation_mm=travel_cm*0.1", "--input", "travel_cm", "--output", "load"]
+    assert main(["compare", str(rig / "m.json"), str(tmp_path / "m.csv"), *said, "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["comparisons"]
+    assert found["rmse_n"] == pytest.approx(0.1, rel=0.1)
+
+
 @pytest.mark.parametrize(
     ("said", "words"),
     [

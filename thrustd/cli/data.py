@@ -187,8 +187,11 @@ def _json_report(path: Path) -> dict[str, Any]:
         return _deck_report(path, text)
     if MODEL not in text[:SCHEMA_WITHIN]:
         raise UsageError(f"{path}: {_json_words(text)}; expected {EXPECTED}")
+    from msgspec import to_builtins
+
     from thrustd.model.artifact import read_model
     from thrustd.model.compile import check_witness
+    from thrustd.records.roles import roles_in
 
     spec = read_model(text, str(path))
     return _with_problem(lambda: check_witness(spec, str(path))) | {
@@ -196,7 +199,7 @@ def _json_report(path: Path) -> dict[str, Any]:
         "kind": "model",
         "name": spec.name,
         "structure": spec.structure,
-        "valid": spec.valid,
+        "valid": roles_in(spec.provenance).by_column(to_builtins(spec.valid)),
         "effects": {effect.name: effect.parameters for effect in spec.effects},
         "provenance": spec.provenance,
         "ledger": spec.ledger,
@@ -269,7 +272,9 @@ def _print_report(report: dict[str, Any]) -> None:
     import msgspec
 
     from thrustd.model.effects import effect_said
+    from thrustd.records.roles import roles_in
 
+    unit = roles_in(report.get("provenance") or {}).unit
     for key, value in msgspec.to_builtins(report).items():
         if key == "problem" or value in ("", {}, []):
             continue  # said on standard error; or nothing to say
@@ -280,9 +285,8 @@ def _print_report(report: dict[str, Any]) -> None:
         elif key == "ledger":
             print("error ledger:")
             for entry in value:
-                print(
-                    f"  + {_one_line(entry['added'])}: {entry['rmse_before_n']:.1f} N -> {entry['rmse_after_n']:.1f} N"
-                )
+                before, after = (f"{entry[f'rmse_{when}_n']:.1f} {unit}" for when in ("before", "after"))
+                print(f"  + {_one_line(entry['added'])}: {before} -> {after}")
         else:
             print(f"{key}: {_one_line(value)}")
 

@@ -28,11 +28,11 @@ class Roles(NamedTuple):
     @property
     def input_unit(self) -> str:
         """As the name says it; empty when it says none."""
-        return unit_of(self.input) or unit_in_brackets(self.input)
+        return unit_in_name(self.input)
 
     @property
     def output_unit(self) -> str:
-        return unit_of(self.output) or unit_in_brackets(self.output)
+        return unit_in_name(self.output)
 
     @property
     def unit(self) -> str:
@@ -51,9 +51,20 @@ class Roles(NamedTuple):
         """Whether it is a mount's file, in millimetres and newtons."""
         return self == Roles()
 
+    def by_column(self, ranges: Mapping[str, object]) -> dict[str, object]:
+        """A model's valid ranges by the names of the file's columns; of its own file as they are."""
+        rate = f"rate of {self.input}" + (f", {self.input_unit}/s" if self.input_unit else "")
+        names = {} if self.own else {INPUT: self.input, "force_n": self.output, "rate_mm_s": rate}
+        return {names.get(name, name): range_ for name, range_ in ranges.items()}
+
     def in_words(self, line: str) -> str:
         """A sentence about the roles, by the names of the file."""
         return line.replace(INPUT, self.input).replace(OUTPUT, self.output)
+
+
+def unit_in_name(column: str) -> str:
+    """`kN` of `load_kN` or `Load [kN]`; empty where a name says none."""
+    return unit_of(column) or unit_in_brackets(column)
 
 
 def with_roles(record: Recording, roles: Roles) -> Recording:

@@ -1,5 +1,6 @@
 """What is refused or said before anything is computed: one clear line each (RecordingError)."""
 
+import shlex
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +18,8 @@ from thrustd.model.artifact import ModelSpec
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording, no_column
-from thrustd.records.roles import roles_of, units_trusted
+from thrustd.records.roles import roles_in, roles_of, unit_in_name, units_trusted
+from thrustd.records.units import SPELLED, UNITS
 
 THOUSAND = (200.0, 5000.0)  # a ratio to what the model was identified on that speaks of another unit
 SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
@@ -37,6 +39,7 @@ def check_recording(record: Recording, spec: ModelSpec) -> None:
             asked = "--input" if name == DEFORMATION else "--output"
             raise RecordingError(f"{no_column(record.name, name, record.channels)}; expected its name with {asked}")
         check_values(record, name)
+    _check_same_units(record, spec)
     if record.duration_s < SHORTEST_S and len(record) < SHORTEST:
         raise RecordingError(f"{record.name}: {record.duration_s:.1f} s long, expected at least {SHORTEST_S:g} s")
     if not moves(record[DEFORMATION]):
@@ -47,6 +50,17 @@ def check_recording(record: Recording, spec: ModelSpec) -> None:
         raise RecordingError(f"{record.name}: {DEFORMATION} never moves beyond its noise; expected a changing load")
     if not units_trusted(record):
         _check_sizes(record, spec)
+
+
+def _check_same_units(record: Recording, spec: ModelSpec) -> None:
+    """Columns whose names say another unit than those of the columns that the model was identified on."""
+    for ours, theirs in zip(roles_in(spec.provenance), roles_of([record]), strict=True):
+        wanted, found = (SPELLED.get(said, said) for said in map(unit_in_name, (ours, theirs)))
+        if wanted != found and {wanted, found} <= UNITS:
+            raise ModelError(
+                f"{spec.name}: {ours} of the model is in {wanted}, {theirs} of {record.name} in {found};"
+                f" expected a column in {wanted} (convert it with --rename {shlex.quote(f'{theirs}={ours}*FACTOR')})"
+            )
 
 
 def _check_sizes(record: Recording, spec: ModelSpec) -> None:
