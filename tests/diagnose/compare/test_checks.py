@@ -1,5 +1,7 @@
 """Bad input is refused in one clear line."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -121,3 +123,22 @@ def test_a_mount_and_the_thrust_of_its_engine_are_found_in_a_flight():
         as_mount(flight, PLACE._replace(mount="right_upper", engine="right"))
     with pytest.raises(RecordingError, match="brochure"):
         compare({"mount": mount()}, [flight], mount=PLACE, against="brochure")
+
+
+@pytest.mark.parametrize("value", [-999.0, 65535.0])
+def test_a_value_that_a_logger_writes_for_nothing_is_said_with_its_time(value):
+    x = BASE["deformation_mm"].copy()
+    x[900:905] = value
+    data = BASE.with_channels(deformation_mm=x)
+    line = f"deformation_mm is {value:.4g} mm at 45.0 s, one of 5 (of 6000)"
+    assert any(line in remark for remark in compare({"mount": mount()}, [data]).remarks)
+    with pytest.raises(RecordingError, match=re.escape(line) + ".*expected such samples empty or excluded"):
+        diagnose(mount(), [data])
+
+
+def test_a_spike_that_a_motion_may_reach_is_no_such_value():
+    x = BASE["deformation_mm"].copy()
+    x[900:905] = 12.0
+    assert not any(
+        "samples empty" in line for line in compare({"mount": mount()}, [BASE.with_channels(deformation_mm=x)]).remarks
+    )

@@ -28,6 +28,7 @@ SHORTEST = 1000
 COUNTS = 0.01  # of the DC gain: weaker modes hold nothing that could be mistaken
 SLOWEST_S = 7200.0  # slower modes are drift to any record
 EVEN = 3.0  # times the logarithm of the samples: the highest line of white noise stays below
+FAR, FEW = 20.0, 1e-3  # widths beyond the model's range, share of the samples: no motion but what a logger wrote
 KELVIN = (200.0, 420.0)
 OVERRULED = ", or --trust-units when it is so"
 
@@ -189,6 +190,21 @@ def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
             continue
         if known.word == effect.word and (known.name == effect.name or known.variant_of or effect.variant_of):
             raise ModelError(f"{where}: effect '{effect.word}' is already in the model, expected one that is not")
+
+
+def far_outside(record: Recording, spec: ModelSpec) -> str:
+    """One line where a few samples of the input are values that no motion reaches; empty where none are."""
+    (low, high), roles = spec.valid.deformation_mm, roles_of([record])
+    x, reach = record[DEFORMATION], FAR * (high - low)
+    far = np.flatnonzero((x < low - reach) | (x > high + reach))
+    if not 0 < len(far) <= FEW * len(x):
+        return ""
+    unit = f" {roles.input_unit}".rstrip()
+    return (
+        f"{record.name}: {roles.input} is {x[far[0]]:.4g}{unit} at {record.time_s[far[0]]:.1f} s,"
+        f" one of {len(far)} (of {len(x)}) that no motion reaches: the model knows {low:.3g} to {high:.3g}{unit};"
+        " expected such samples empty or excluded"
+    )
 
 
 def check_channels(records: Sequence[Recording], effect: Effect) -> None:

@@ -18,7 +18,7 @@ from thrustd.core.columns import Floats
 from thrustd.core.measures import percents, rms, usual_load
 from thrustd.core.types import Progress
 from thrustd.diagnose.compare.check import Check, check_of
-from thrustd.diagnose.compare.checks import check_recording
+from thrustd.diagnose.compare.checks import check_recording, far_outside
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
 from thrustd.diagnose.compare.first_look import first_look
@@ -69,6 +69,9 @@ def compare(
             if progress is not None:
                 progress((i * len(records) + j) / total, f"{name} on {record.name}")
             found.append(_comparison(name, spec, record, load_cell_std_n, against))
+    remarks += dict.fromkeys(
+        line for spec in models.values() for line in (far_outside(r, spec) for r in records) if line
+    )
     remarks += [c.check.sentence for c in found if c.check.sentence]
     remarks += [IS_NO_TRUTH] if against == BROCHURE else []
     looks, extents = {record.name: first_look([record]) for record in records}, [record.extent for record in records]

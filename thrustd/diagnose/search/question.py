@@ -8,9 +8,10 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.errors import RecordingError
 from thrustd.core.measures import usual_load
 from thrustd.diagnose.compare.check import learnt_from
-from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording
+from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording, far_outside
 from thrustd.diagnose.compare.compare import free_runs
 from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, check_reference, referenced
 from thrustd.diagnose.search.aboard import read_beside
@@ -67,6 +68,8 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     records = referenced(recordings, given.against, given.mount, given.deck, [flies])
     for record in records:
         check_recording(record, flies)
+        if line := far_outside(record, flies):  # the grid of a curve would reach from there to here
+            raise RecordingError(line)
     for record in given.bench:
         check_recording(record, spec)
     if not in_flight:
