@@ -34,7 +34,7 @@ EFFECT = Effect(
     channels=("accel_x_g",),
     parameters=(
         Parameter("mass_kg", "kg", neutral=0.0, low=-1000.0, high=1000.0, starts=(186.5,),
-                  meaning="engine mass carried by this mount",
+                  meaning="engine mass carried by this mount; negative: accel_x_g turned, or the model holds too much",
                   expected="172 kg on an upper, 201 kg on a lower mount, of an engine's 373; "
                   "less where the model holds part"),
     ),
