@@ -13,9 +13,6 @@ from scipy.linalg import solve_triangular
 from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression.bounds import bounded, factor
 
-Factor = tuple[Floats, bool]
-
-
 ROUNDING = 1e-12  # of the information on a number
 
 
