@@ -15,7 +15,7 @@ import numpy as np
 from thrustd.commission.beside import processors
 from thrustd.commission.one_mount import Answer, all_identified, identified
 from thrustd.commission.pieces import Pieces
-from thrustd.commission.places import check_places
+from thrustd.commission.places import check_places, misnamed
 from thrustd.core.aircraft import place_of
 from thrustd.core.errors import ModelError
 from thrustd.core.measures import rms
@@ -47,7 +47,7 @@ class Made:
     benches: list[str]
     lines: list[str] = field(default_factory=list)
     taught_nothing: list[str] = field(default_factory=list)  # by a record that was brought
-    untold: list[str] = field(default_factory=list)  # of its loads, by its benches
+    untold: list[str] = field(default_factory=list)  # by its benches: of its loads and its place
 
 
 def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict[str, Made]:
@@ -59,16 +59,22 @@ def mount_models(pieces: Pieces, installation: Installation, told: Told) -> dict
     given = [(mounts[0], pieces.bench[mounts[0]]) for mounts in alike.values()]
     found = _all_identified(given, lambda done, what: told(done / steps, what))
     made = dict(zip(map(AND.join, alike.values()), found, strict=True))  # by the mounts that it is of
-    check_places({mount: one.spec for mounts, one in made.items() for mount in mounts.split(AND)}, installation)
+    untold = check_places(
+        {mount: one.spec for mounts, one in made.items() for mount in mounts.split(AND)}, installation
+    )
     at = len(made) / steps
     for records, effects, word in ((pieces.weight, WEIGHT, "weight"), (pieces.chamber, THERMAL, "temperature")):
         if records:
             told(at, word)
             learn(made, records, effects, word)
             at += 1 / steps
+    named = misnamed({mount: [record.name for record in records] for mount, records in pieces.bench.items()})
     own = {mount: _copy(made[AND.join(mounts)], mount) for mounts in alike.values() for mount in mounts}
     for mount, one in own.items():
         _hang(one, mount, installation)
+        said = [lines[mount] for lines in (untold, named) if mount in lines]
+        one.untold += said
+        one.lines += said
     return {mount: own[mount] for mount in pieces.bench}
 
 

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from thrustd.commission.places import check_units
 from thrustd.core.errors import RecordingError, UsageError
 from thrustd.core.signals import CATALOGUE
+from thrustd.diagnose.compare.checks import check_channel_units
 from thrustd.diagnose.search.candidates import moves
 from thrustd.installation.installation import Installation
 from thrustd.records.files import read_recording
@@ -45,9 +47,12 @@ def read_pieces(
     paths = _paths(bench, mounts)
     read = {path: _bench(path) for path in dict.fromkeys(path for several in paths.values() for path in several)}
     records = {mount: [read[path] for path in several] for mount, several in paths.items()}
+    check_units({mount: list(map(_stiffness, several)) for mount, several in records.items()}, installation)
     for path in flights:
         _check_flight(path)
     slow = [[_bench(path, EXTEND_HZ) for path in several] for several in (weight, chamber)]
+    for record in (*read.values(), *slow[0], *slow[1]):
+        check_channel_units(record, overruled="")
     for record in (*slow[0], *slow[1]):
         _check_like(record, list(read.values()))
     for record in slow[0]:

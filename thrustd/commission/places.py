@@ -1,24 +1,34 @@
-"""A bench of the wrong mount: two mounts of an engine are as stiff against each other as the aircraft's file says.
+"""A bench in another unit or of another mount, by the spring rates of the aircraft's file.
 
-What is compared is the identified model at rest under the same load: secants of raw records scatter by a tenth with the
-order of the steps.
+A unit shows in the raw record, before anything is identified. Whose bench it is shows in the identified model at rest
+under the same load: secants of raw records scatter by a tenth with the order of the steps. Of two mounts,
+ln(k_1 / k_2) is a by the file, x by the models. It lies around a as they were given, around -a if they were swapped,
+with one sigma s:
+
+    ln(p(x | as given) / p(x | swapped)) = 2 a x / s^2
 """
 
+import re
 from collections.abc import Mapping, Sequence
-from math import exp, log
+from math import exp, expm1, log
 
 import numpy as np
 from scipy.optimize import brentq
 
+from thrustd.core.aircraft import NO_MOUNT, places
 from thrustd.core.errors import RecordingError
 from thrustd.installation.installation import Installation
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import compile_model
 from thrustd.mounts.start import resting_n
+from thrustd.records.units import CONVERSIONS
 
 LOAD = 0.6  # of the identified force
 NEAR, APART = 0.05, 0.08  # of stiffnesses against each other, in logarithms
+SPREAD = 0.07  # one sigma of that ratio around the file's: two mounts of 5 % each
+SURE = 5.0  # log odds, 150 to 1
 OFF = 0.5  # of one against the aircraft's file
+UNIT_OFF = 3.0  # times: of a raw record, which shakes or walks; the smallest factor between two units is 4.4
 
 
 def secant_n_mm(spec: ModelSpec, load_n: float) -> float:
@@ -37,9 +47,30 @@ def secant_n_mm(spec: ModelSpec, load_n: float) -> float:
     return load_n / (travel_mm(load_n) - travel_mm(0.0))
 
 
-def check_places(specs: Mapping[str, ModelSpec], installation: Installation) -> None:
-    """RecordingError, one line, when benches seem to be of other mounts than they are given for."""
+def check_units(stiff_n_mm: Mapping[str, Sequence[float]], installation: Installation) -> None:
+    """RecordingError, one line, when a raw record of a mount, N/mm, is in another unit by the aircraft's file."""
+    config, data = installation.config, installation.aircraft()
+    for row in places(config, data):
+        for i, rate in zip(row, data.spring_n_mm, strict=False):
+            for stiff in stiff_n_mm[config.mount[i].name] if i != NO_MOUNT else ():
+                if not 1.0 / UNIT_OFF < stiff / rate < UNIT_OFF:
+                    said = f"{stiff:.4g} N/mm, expected about {rate:.0f} (spring_n_mm of the aircraft's file)"
+                    asked = " or ".join(_other_units(stiff / rate)) or "it another mount"
+                    raise RecordingError(f"--bench {config.mount[i].name}: {said}; is {asked}?")
+
+
+def _other_units(times: float) -> list[str]:
+    """Units whose factor makes a mount so many times as stiff as it is, within a mount's own spread."""
+    found = {
+        f"deformation_mm in {unit}": times / factor for unit, (factor, _) in CONVERSIONS["mm"].items() if unit != "mm"
+    } | {f"force_N in {unit}": times * factor for unit, (factor, _) in CONVERSIONS["N"].items() if unit != "N"}
+    return [word for word, left in found.items() if abs(log(left)) < OFF]
+
+
+def check_places(specs: Mapping[str, ModelSpec], installation: Installation) -> dict[str, str]:
+    """What nothing tells, by mount; RecordingError, one line, when benches seem to be of other mounts than given."""
     config, rates = installation.config, installation.aircraft().spring_n_mm
+    untold = {}
     load_n = LOAD * min(spec.valid.force_n[1] for spec in specs.values())
     for engine in config.aircraft.engines:
         mine = [config.mount[i].name for i in config.mounts_of(engine)]
@@ -48,17 +79,36 @@ def check_places(specs: Mapping[str, ModelSpec], installation: Installation) -> 
             if not exp(-OFF) < stiff / rate < exp(OFF):
                 said = f"{stiff:.0f} N/mm, expected about {rate:.0f} (spring_n_mm of the aircraft's file)"
                 raise RecordingError(f"--bench {mount}: {said}; was it another unit or mount?")
-        if len(mine) == 2:
-            _check_pair(mine, found, rates)
+        if len(mine) == 2 and (said := _pair(mine, found, rates)):
+            untold[mine[0]] = said
+    return untold
 
 
-def _check_pair(mine: Sequence[str], found: Sequence[float], rates: Sequence[float]) -> None:
+def _pair(mine: Sequence[str], found: Sequence[float], rates: Sequence[float]) -> str:
+    """Empty where the two are told apart."""
     ratio, expected = log(found[0] / found[1]), log(rates[0] / rates[1])
-    if abs(ratio - expected) < APART:
-        return
-    for wrong, word in ((0.0, "two of the same place"), (-expected, "each other's")):
-        if abs(ratio - wrong) < NEAR:
-            said = (
-                f"{found[0]:.0f} and {found[1]:.0f} N/mm, expected as {rates[0]:.0f} and {rates[1]:.0f} (spring_n_mm)"
-            )
-            raise RecordingError(f"--bench {mine[0]}, {mine[1]}: {said}: they seem to be {word}")
+    odds = 2.0 * expected * ratio / SPREAD**2  # as given against swapped
+    said = f"{found[0]:.0f} and {found[1]:.0f} N/mm, expected as {rates[0]:.0f} and {rates[1]:.0f} (spring_n_mm)"
+    twice = abs(ratio) < NEAR and abs(ratio - expected) > APART < abs(expected)
+    if twice or odds < -SURE:
+        word = "two of the same place" if twice else "each other's"
+        raise RecordingError(f"--bench {mine[0]}, {mine[1]}: {said}: they seem to be {word}")
+    if odds > SURE:
+        return ""
+    return (
+        f"nothing on hand tells its bench from that of {mine[1]}: {said}; were they swapped, each alone would be"
+        f" {100.0 * abs(expm1(ratio)):.1f} % off, and both together less"
+    )
+
+
+def misnamed(benches: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """By mount, a file whose name speaks of another one: no reason to refuse it, all that tells mounts alike apart."""
+    words = {mount: set(mount.split("_")) for mount in benches}
+    known, found = set[str]().union(*words.values()), {}
+    for mount, names in benches.items():
+        for name in names:
+            said = known.intersection(re.split(r"[^a-z0-9]+", name.lower()))
+            shared = any(said <= words[other] for other, theirs in benches.items() if name in theirs)
+            if said and not shared:
+                found[mount] = f"its bench {name} is named after another mount"
+    return found

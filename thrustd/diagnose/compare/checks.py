@@ -70,15 +70,20 @@ def _check_sizes(record: Recording, spec: ModelSpec) -> None:
         _check_mount_units(record, spec)
     else:
         _check_other_units(record, spec)
+    check_channel_units(record)
+
+
+def check_channel_units(record: Recording, overruled: str = OVERRULED) -> None:
+    """Specific forces and temperature by their own size, whatever the mount; `overruled`: how to say that it is so."""
     for axis, rest in (("accel_x_g", 0.0), ("accel_y_g", 0.0), ("accel_z_g", 1.0)):
         if _asks_unit(record, axis):
-            _check_accel(record, axis, rest)
+            _check_accel(record, axis, rest, overruled)
     if _asks_unit(record, "temperature_degC"):
         middle = _median(record["temperature_degC"])
         if KELVIN[0] < middle < KELVIN[1]:
             raise RecordingError(
                 f"{record.name}: temperature_degC is about {middle:.0f}: that is kelvin, expected degC"
-                f" (subtract 273.15{OVERRULED})"
+                f" (subtract 273.15{overruled})"
             )
 
 
@@ -121,19 +126,19 @@ def _check_mount_units(record: Recording, spec: ModelSpec) -> None:
         )
 
 
-def _check_accel(record: Recording, axis: str, rest: float) -> None:
+def _check_accel(record: Recording, axis: str, rest: float, overruled: str) -> None:
     column = record[axis]
     middle, size = _median(column), _size(column)
     if (rest == 1.0 and 6.0 < abs(middle) < 13.0) or (rest == 0.0 and size > STANDARD_GRAVITY_M_S2 / 2):
         raise RecordingError(
             f"{record.name}: {axis} is about {middle:.3g} and reaches {size:.3g}: that is m/s2, expected g"
-            f" (divide by {STANDARD_GRAVITY_M_S2}{OVERRULED})"
+            f" (divide by {STANDARD_GRAVITY_M_S2}{overruled})"
         )
     signal = CATALOGUE[axis]
     if size > signal.high:
         raise RecordingError(
             f"{record.name}: {axis} reaches {size:.3g}, expected {signal.low:g} to {signal.high:g} g"
-            f" (mend or exclude it{OVERRULED})"
+            f" (mend or exclude it{overruled})"
         )
 
 
