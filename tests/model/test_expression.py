@@ -1,5 +1,6 @@
 """Expressions are parsed, never run; they compute what they say."""
 
+import ast
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from thrustd.core.errors import ModelError
 from thrustd.model.effects import effect_named
-from thrustd.model.expression import expression_effect, is_expression
+from thrustd.model.expression import along, expression_effect, is_expression
 
 
 def value(text, columns=(), **given):
@@ -26,6 +27,17 @@ def test_it_computes_what_python_computes(k, q, m):
     text = "k * (sqrt(dynamic_pressure_Pa) - 2 * mach ** 2 / (1 + abs(-mach)) + tanh(mach) * exp(-mach) - log(mach))"
     expected = k * (math.sqrt(q) - 2 * m**2 / (1 + m) + math.tanh(m) * math.exp(-m) - math.log(m))
     assert value(text, k=k, dynamic_pressure_Pa=q, mach=m) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
+def test_along_a_record_it_and_its_parts_are_what_the_model_adds():
+    """To the bit; without a channel, too."""
+    text, values = "k * (tanh(mach / w) - exp(-3 * mach) / 7) ** 3", {"k": 1.7, "w": 0.3}
+    effect, columns = expression_effect(text), {"time_s": np.arange(50.0), "mach": np.linspace(0.0, 0.7, 50)}
+    tree = ast.parse(text, mode="eval").body
+    flown = effect.stage(values, 0.01).from_rest(columns, np.zeros(50))
+    assert np.array_equal(along(tree, columns, values), flown)
+    assert np.array_equal(along(tree.left, columns, values), np.full(50, 1.7))
+    assert np.array_equal(along(ast.parse("1 / mach", mode="eval").body, columns, {})[:1], [np.inf])
 
 
 def test_columns_that_are_not_in_the_catalogue_are_quoted_in_the_name():

@@ -24,7 +24,7 @@ import numpy as np
 from thrustd.core.errors import ModelError
 from thrustd.core.signals import CATALOGUE
 from thrustd.model.effect import Effect, Parameter
-from thrustd.model.stage import Floats, jit
+from thrustd.model.stage import Floats, Stage, jit
 
 PREFIX = "expression: "
 LONGEST = 400  # characters
@@ -171,8 +171,7 @@ def _effect(source: str) -> Effect:
     depth = _depth(program)
     if depth > DEEPEST:
         raise ModelError(f"expression '{source}': {depth} values at once, expected at most {DEEPEST}")
-    channels = tuple(dict.fromkeys(str(arg) for op, arg in program if op == CHANNEL))
-    names = tuple(dict.fromkeys(str(arg) for op, arg in program if op == _PARAMETER))
+    channels, names = _names(program, CHANNEL), _names(program, _PARAMETER)
     if not channels:
         raise LacksColumnError(
             f"expression '{source}': reads no channel, expected one, such as k * dynamic_pressure_Pa"
@@ -191,6 +190,21 @@ def _effect(source: str) -> Effect:
         source="given by the user",
         separating_test=f"move {' and '.join(channels)} at constant thrust",
     )
+
+
+def along(part: ast.expr, columns: Mapping[str, Floats], values: Mapping[str, float]) -> Floats:
+    """A formula or a part of one on every row (n,), with these values of its names; not finite where it is no number.
+
+    `columns`: its channels and time_s.
+    """
+    program = tuple(_flat(part, ast.unparse(part)))
+    channels = _names(program, CHANNEL)
+    stage = Stage("formula", step, _prepare(program, channels, values, 1.0), _depth(program), channels)
+    return stage.from_rest(columns, np.zeros(len(columns["time_s"])))
+
+
+def _names(program: Program, kind: int) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(str(arg) for op, arg in program if op == kind))
 
 
 def _parameter(name: str, amplitude: bool) -> Parameter:

@@ -64,6 +64,7 @@ def seen(**channels):
         ("k * tanh(mach / m0)", {0.6, 1.0}),
         ("k * exp(m0 * mach)", {1.67, -1.67}),
         ("k * mach ** m0", {1.0}),
+        ("k * (1e15 * mach - m0)", {4e11, 0.0, 8e11}),  # as it flies: no constant is larger than 1e12
     ],
 )
 def test_a_name_begins_at_what_stands_beside_it(text, begins):

@@ -18,7 +18,7 @@ from thrustd.core.errors import ModelError
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, at_start
 from thrustd.model.effect import Effect
-from thrustd.model.expression import PREFIX
+from thrustd.model.expression import PREFIX, along
 from thrustd.model.stage import Floats
 
 WIDE = 10.0  # times the force's spread: sigma of what an amplitude adds
@@ -73,7 +73,7 @@ def _undefined(effect: Effect, channels: Mapping[str, Floats], rows: Flags) -> s
 def _missing(term: Term, tree: ast.expr, channels: Mapping[str, Floats]) -> Flags:
     """Rows (n,) on which a formula is no number at its start or near it."""
     near = [term.values(np.full(len(term.free), number)) for number in (NEAR, -NEAR)]
-    return ~np.all([np.isfinite(_value(tree, channels, values)) for values in near], axis=0)
+    return ~np.all([np.isfinite(along(tree, channels, values)) for values in near], axis=0)
 
 
 def _begins(effect: Effect, tree: ast.expr, channels: Mapping[str, Floats]) -> dict[str, _Begin]:
@@ -102,7 +102,7 @@ def _places(node: ast.AST, region: ast.expr) -> Iterator[tuple[str, ast.expr]]:
 
 
 def _begin(region: ast.expr, name: str, channels: Mapping[str, Floats], values: Mapping[str, float]) -> _Begin:
-    at = [_value(region, channels, {**values, name: number}) for number in (0.0, 1.0, 2.0)]
+    at = [along(region, channels, {**values, name: number}) for number in (0.0, 1.0, 2.0)]
     if not np.any(np.isfinite(at[0])):  # it divides
         part = 2.0 * (at[1] - at[2])
         size = _most(part) / (_middle(np.abs(at[1] - part), part) or 1.0)
@@ -141,36 +141,10 @@ def _amplitudes(
     names, found = [p.name for p in effect.parameters if p.amplitude], {}
     for name in names:
         ones = {**values, **dict.fromkeys(names, 1.0)}
-        added = _value(tree, channels, ones) - _value(tree, channels, {**ones, name: 0.0})
+        added = along(tree, channels, ones) - along(tree, channels, {**ones, name: 0.0})
         there = added[np.isfinite(added)]
         level = float(np.abs(np.mean(there))) if len(there) else 0.0
         spread = float(np.std(there)) if len(there) else 0.0
         size = spread if spread > CONSTANT * level else level
         found[name] = WIDE * spread_n / size if size > 0.0 and spread_n > 0.0 else WIDE
     return found
-
-
-def _value(node: ast.expr, channels: Mapping[str, Floats], values: Mapping[str, float]) -> Floats:
-    """The formula, or a part of it, on every row (n,), with these values of its names."""
-    with np.errstate(all="ignore"):
-        found: Floats = np.broadcast_to(_of(node, channels, values), np.shape(channels["time_s"]))
-    return found
-
-
-def _of(node: ast.expr, channels: Mapping[str, Floats], values: Mapping[str, float]) -> Floats:
-    if isinstance(node, ast.BinOp):
-        left, right = _of(node.left, channels, values), _of(node.right, channels, values)
-        return _BINARY[type(node.op)](left, right)
-    if isinstance(node, ast.UnaryOp):
-        inner = _of(node.operand, channels, values)
-        return -inner if isinstance(node.op, ast.USub) else inner
-    if isinstance(node, ast.Call):
-        function: Floats = getattr(np, ast.unparse(node.func))(_of(node.args[0], channels, values))
-        return function
-    word = ast.literal_eval(node) if isinstance(node, ast.Constant) else ast.unparse(node).strip("[]")
-    if not isinstance(word, str):
-        return np.array(float(word))
-    return channels[word] if word in channels else np.array(values[word])
-
-
-_BINARY = {ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power}
