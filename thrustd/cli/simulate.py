@@ -1,7 +1,9 @@
 """The verb simulate: the twin makes a flight, a bench record or a hidden-effect exercise, or plays on real wires."""
 
 import argparse
+import gc
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -145,6 +147,7 @@ def _knobs(arguments: argparse.Namespace) -> Any:
 
 
 def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
+    gc.disable()  # until the flight begins: all that is loaded stays
     from thrustd.installation.installation import read_installation
     from thrustd.twin.flight import Rates, write_flight
 
@@ -155,7 +158,10 @@ def _flight(arguments: argparse.Namespace) -> dict[str, Any]:
     profile, airframe = _static_run(arguments) if arguments.tethered else _profile(arguments)
     table = installation.heard()
     rates = Rates(adc_hz=installation.config.adc.sample_hz)
-    with progress(f"simulate {profile.name}"):
+    with progress(f"simulate {profile.name}"), ExitStack() as opened:
+        gc.freeze()  # libraries and profile stay: no collection walks them meanwhile
+        gc.enable()
+        opened.callback(gc.unfreeze)
         write_flight(arguments.out, profile, airframe, table, installation.log_header(), arguments.seed, rates)
     return {"log": str(arguments.out), "minutes": round(profile.duration_s / 60, 2), "profile": profile.name}
 
