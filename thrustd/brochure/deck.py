@@ -40,6 +40,19 @@ class DeckEstimate(NamedTuple):
     per_fuel_n: float  # dF / d ln(fuel flow)
 
 
+class DeckRows(NamedTuple):
+    """What a deck says of many instants, each (n,); NaN = it does not."""
+
+    thrust_n: Floats
+    std_n: Floats
+    fuel_flow_n: Floats  # by each source alone
+    n1_n: Floats
+    n2_n: Floats
+    per_fuel_n: Floats  # dF / d ln(fuel flow)
+    middle_per_fuel_n: Floats  # the same where the median of fuel flow, N1 and N2 puts the fuel flow
+    middle_log_flow: Floats  # ln of that corrected fuel flow, kg/s
+
+
 class Deck:
     """A deck ready to fly: one compiled call per estimate."""
 
@@ -72,11 +85,11 @@ class Deck:
         source: Source = "none" if not isfinite(weight_n1) else "n1" if weight_n1 > 0.5 else "fuel_flow"
         return DeckEstimate(thrust_n, std_n, source, outside, transient, *deck_n)
 
-    def along(self, rows: Floats, engine: int) -> Floats:
-        """Of many instants, inputs (n, 7): thrust, one sigma, thrusts by fuel flow and N1 alone, dF/d ln w, (n, 5)."""
-        out = np.empty((len(rows), 5))
+    def along(self, rows: Floats, engine: int) -> DeckRows:
+        """Of many instants, inputs (n, 7) in the order of `DeckInputs`."""
+        out = np.empty((len(rows), len(DeckRows._fields)))
         along(self.numbers(engine), rows, out)
-        return out
+        return DeckRows(*out.T)
 
     def log_flows(self, inputs: DeckInputs, engine: int) -> tuple[float, float, float]:
         """ln of the corrected fuel flow: as measured, as N1 and as N2 stand for it; NaN where nothing says so."""

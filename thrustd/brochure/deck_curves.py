@@ -198,11 +198,12 @@ estimate: Any = compiled(_estimate, _SAID(NUMBERS, INPUTS), "numpy")
 
 
 def _along(deck: DeckNumbers, rows: Floats, out: Floats) -> None:
-    """Of many instants, inputs (n, 7): thrust, one sigma, thrusts by fuel flow and N1 alone, dF/d ln w into (n, 5)."""
+    """Of many instants, inputs (n, 7): all but the weight of N1 and the two flags into (n, 8)."""
     for i in range(len(rows)):
         row = rows[i]
         said = estimate(deck, DeckInputs(row[0], row[1], row[2], row[3], row[4], row[5], row[6]))
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = said[0], said[1], said[5], said[6], said[8]
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = said[0], said[1], said[5], said[6], said[7]
+        out[i, 5], out[i, 6], out[i, 7] = said[8], said[9], said[10]
 
 
 along: Any = compiled(_along, types.void(NUMBERS, _TABLE, _TABLE), "numpy")

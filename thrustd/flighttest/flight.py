@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from thrustd.brochure.deck import Deck
+from thrustd.brochure.deck import Deck, DeckRows
 from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.flighttest.terms import band_in
@@ -136,20 +136,10 @@ def _by_deck(record: Recording, engines: tuple[str, ...], deck: Deck) -> Recordi
     return record.with_channels(**columns)
 
 
-class DeckThrust(NamedTuple):
-    """Thrust of one engine by the brochure, each (n,)."""
-
-    thrust_n: Floats
-    std_n: Floats
-    fuel_flow_n: Floats  # by fuel flow and by N1 alone
-    n1_n: Floats
-    per_fuel_n: Floats  # dF / d ln(fuel flow)
-
-
-def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> DeckThrust:
+def deck_thrust(record: Recording, deck: Deck, number: int, engine: str) -> DeckRows:
     nothing = np.full(len(record), np.nan)
     n1_pct = record[f"n1_pct_{engine}"]
     fuel, n2 = (record.channels.get(f"{name}_{engine}", nothing) for name in ("fuel_flow_kg_s", "n2_pct"))
     rate = np.gradient(n1_pct, record.time_s) if len(record) > 1 else np.zeros(1)
     rows = np.column_stack((fuel, n1_pct, n2, *(record[name] for name in AIR), rate))
-    return DeckThrust(*deck.along(rows, number).T)
+    return deck.along(rows, number)

@@ -86,7 +86,8 @@ def movements(time_s: Floats, n1_pct: Floats) -> list[tuple[int, int]]:
 def _engine(record: Recording, engine: str, number: int, deck: Deck, fused: bool) -> Iterator[Transient]:
     time_s, n1_pct = record.time_s, record[f"n1_pct_{engine}"]
     rate = _rate(time_s, n1_pct)
-    *_, by_fuel_n, by_n1_n, _ = deck_thrust(record, deck, number, engine)
+    said = deck_thrust(record, deck, number, engine)
+    by_fuel_n, by_n1_n = said.fuel_flow_n, said.n1_n
     thrust_n = record[f"mount_N_{engine}"] if fused and f"mount_N_{engine}" in record else by_fuel_n
     moves = movements(time_s, n1_pct)
     for first, last in moves:

@@ -69,7 +69,7 @@ def a_flight(
     columns = {"mach": mach, "pressure_altitude_m": altitude_m, "sat_degC": 5.0 + 0 * mach}
     columns |= {"fuel_flow_kg_s_left": fuel, "accel_x_g": levels(-0.1, 0.15, 40.0), "accel_z_g": levels(0.8, 1.3, 30.0)}
     plain = {k.removesuffix("_left"): column for k, column in columns.items()}
-    thrust_n = bias * deck_says(plain, time_s, deck, 0)[:, 0]
+    thrust_n = bias * deck_says(plain, time_s, deck, 0).thrust_n
     pressure_pa = np.array([dynamic_pressure_pa(*each) for each in zip(mach, altitude_m, strict=True)])
     inertia_n = MASS_KG * STANDARD_GRAVITY_M_S2 * columns["accel_x_g"]
     warm_degc = levels(20.0, 55.0, 900.0)

@@ -10,8 +10,7 @@ from math import isfinite
 
 import numpy as np
 
-from thrustd.brochure.deck import Deck
-from thrustd.brochure.deck_curves import DeckInputs, estimate
+from thrustd.brochure.deck import Deck, DeckRows
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import dynamic_pressure_pa
 from thrustd.core.columns import Floats
@@ -147,18 +146,16 @@ def _brochure_n(record: Recording, deck: Deck | None, place: MountPlace | None) 
     if deck is None:
         raise RecordingError(f"{record.name}: against brochure: expected a brochure deck, none is given")
     _require(record, BROCHURE_NEEDS)
-    return deck_says(record.channels, record.time_s, deck, place.number if place else 0)[:, 0]
+    return deck_says(record.channels, record.time_s, deck, place.number if place else 0).thrust_n
 
 
-def deck_says(channels: Mapping[str, Floats], time_s: Floats, deck: Deck, engine: int) -> Floats:
-    """(n, 7): thrust, its sigma, thrust by fuel flow, N1 and N2, dF / d ln w, ln w; NaN where it is not told."""
+def deck_says(channels: Mapping[str, Floats], time_s: Floats, deck: Deck, engine: int) -> DeckRows:
+    """At these times, each (n,): lines between what it says `BROCHURE_HZ` times a second."""
     rows = np.arange(0, len(time_s), max(1, round((len(time_s) - 1) / (time_s[-1] - time_s[0]) / BROCHURE_HZ)))
     given = [channels[name][rows] if name in channels else np.full(len(rows), np.nan) for name in _BROCHURE_INPUTS]
     rate = np.gradient(given[1], time_s[rows]) if len(rows) > 1 else np.zeros(len(rows))
-    numbers, lines = deck.numbers(engine), zip(*(c.tolist() for c in (*given, rate)), strict=True)
-    said = [estimate(numbers, DeckInputs(*line)) for line in lines]
-    found = np.array([(*one[:2], *one[5:]) for one in said])
-    return np.column_stack([np.interp(time_s, time_s[rows], column) for column in found.T])
+    said = deck.along(np.column_stack((*given, rate)), engine)
+    return DeckRows(*(np.interp(time_s, time_s[rows], column) for column in said))
 
 
 def _require(record: Recording, names: Sequence[str]) -> None:

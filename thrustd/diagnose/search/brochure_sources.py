@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag, solve_triangular
 
-from thrustd.brochure.deck import Deck
+from thrustd.brochure.deck import Deck, DeckRows
 from thrustd.core.aircraft import MountPlace
 from thrustd.core.atmosphere import stagnation, total_pressure_ratio
 from thrustd.core.calibration import bowed
@@ -198,20 +198,22 @@ def _table(
     segment: Segment, models_n: Sequence[Floats], width: int, own_n: Sequence[float], deck: Deck, place: MountPlace
 ) -> Floats:
     """Rows (n, WIDTH) as the bank of sensors keeps them (`sensors.past`), means over `width` samples."""
-    thrust_n, *rest = deck_says(segment.inputs, segment.time_s, deck, place.number).T
-    asked = np.column_stack(rest)
-    says = np.column_stack([means(column, width) for column in asked.T])
-    brochure, told = says[:, 1:4], np.all(np.isfinite(says[:, [0, 4, 5]]), axis=1, keepdims=True)
+    asked = deck_says(segment.inputs, segment.time_s, deck, place.number)
+    says = DeckRows(*(means(column, width) for column in asked))
+    brochure = np.column_stack((says.fuel_flow_n, says.n1_n, says.n2_n))
+    of_deck = np.stack((says.std_n, says.per_fuel_n, says.middle_per_fuel_n))
+    told = np.all(np.isfinite(of_deck), axis=0, keepdims=True).T
     told &= np.isfinite(means(segment.force_n, width))[:, None]  # inputs are bridged in holes, which say nothing
     mount_n, time_s = means(models_n[0], width), means(segment.time_s, width)
     table = np.zeros((len(mount_n), WIDTH))
-    level_n = means(thrust_n, width)
-    level_n = np.where(np.isfinite(level_n), level_n, mount_n / place.share)  # an effect may be hidden in a mount
+    level_n = np.where(
+        np.isfinite(says.thrust_n), says.thrust_n, mount_n / place.share
+    )  # an effect may be hidden in a mount
     table[:, T_S], table[:, LEVEL_N] = time_s, level_n
     table[:, RATE_N_S] = table[:, MOUNT_RATE_N_S] = means(np.gradient(models_n[0] / place.share, segment.dt_s), width)
-    table[:, FUEL_RATE_N_S] = np.nan_to_num(means(np.gradient(asked[:, 1], segment.dt_s), width))
+    table[:, FUEL_RATE_N_S] = np.nan_to_num(means(np.gradient(asked.fuel_flow_n, segment.dt_s), width))
     table[:, MACH] = means(segment.inputs["mach"], width)
-    table[:, DECK_N], table[:, PER_FUEL_N], table[:, LOG_FLOW] = np.nan_to_num(says[:, [0, 4, 5]]).T
+    table[:, DECK_N], table[:, PER_FUEL_N], table[:, LOG_FLOW] = np.nan_to_num(of_deck)
     table[:, SAID + FUEL_FLOW : COUNTS] = np.nan_to_num(brochure)
     for slot, (model_n, one_n) in enumerate(zip(models_n, own_n, strict=True)):
         table[:, SAID + slot], table[:, COUNTS + slot] = means(model_n, width), 1.0
