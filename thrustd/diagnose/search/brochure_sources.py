@@ -201,7 +201,7 @@ def _table(
     asked = deck_says(segment.inputs, segment.time_s, deck, place.number)
     says = DeckRows(*(means(column, width) for column in asked))
     brochure = np.column_stack((says.fuel_flow_n, says.n1_n, says.n2_n))
-    of_deck = np.stack((says.std_n, says.per_fuel_n, says.middle_per_fuel_n))
+    of_deck = np.stack((says.std_n, says.middle_per_fuel_n, says.middle_log_flow))
     told = np.all(np.isfinite(of_deck), axis=0, keepdims=True).T
     told &= np.isfinite(means(segment.force_n, width))[:, None]  # inputs are bridged in holes, which say nothing
     mount_n, time_s = means(models_n[0], width), means(segment.time_s, width)
