@@ -21,7 +21,7 @@ from thrustd.installation.installation import Installation
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.compile import compile_model
 from thrustd.mounts.start import resting_n
-from thrustd.records.units import CONVERSIONS
+from thrustd.records.units import slips
 
 LOAD = 0.6  # of the identified force
 NEAR, APART = 0.05, 0.08  # of stiffnesses against each other, in logarithms
@@ -55,16 +55,8 @@ def check_units(stiff_n_mm: Mapping[str, Sequence[float]], installation: Install
             for stiff in stiff_n_mm[config.mount[i].name] if i != NO_MOUNT else ():
                 if not 1.0 / UNIT_OFF < stiff / rate < UNIT_OFF:
                     said = f"{stiff:.4g} N/mm, expected about {rate:.0f} (spring_n_mm of the aircraft's file)"
-                    asked = " or ".join(_other_units(stiff / rate)) or "it another mount"
+                    asked = " or ".join(slips(stiff / rate, OFF)) or "it another mount"
                     raise RecordingError(f"--bench {config.mount[i].name}: {said}; is {asked}?")
-
-
-def _other_units(times: float) -> list[str]:
-    """Units whose factor makes a mount so many times as stiff as it is, within a mount's own spread."""
-    found = {
-        f"deformation_mm in {unit}": times / factor for unit, (factor, _) in CONVERSIONS["mm"].items() if unit != "mm"
-    } | {f"force_N in {unit}": times * factor for unit, (factor, _) in CONVERSIONS["N"].items() if unit != "N"}
-    return [word for word, left in found.items() if abs(log(left)) < OFF]
 
 
 def check_places(specs: Mapping[str, ModelSpec], installation: Installation) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Units as the names of columns say them, and what they are in the catalogue's."""
 
 import re
+from math import log
 
 from thrustd.records.recording import SUFFIX_UNITS, unit_of
 
@@ -25,6 +26,17 @@ SPELLED = {
     "m/s²": "m/s2",
 }  # fmt: skip
 UNITS = {*SUFFIX_UNITS.values(), *(unit for theirs in CONVERSIONS.values() for unit in theirs)}
+
+
+def slips(times: float, within: float, force: str = "N") -> list[str]:
+    """What makes a mount so many times as stiff as it is, within this logarithm: columns in other units than named.
+
+    `force`: the unit that the force is said to be in.
+    """
+    ours, _ = CONVERSIONS["N"][force]
+    ratios = {f"deformation_mm in {unit}": factor for unit, (factor, _) in CONVERSIONS["mm"].items() if unit != "mm"}
+    ratios |= {f"force_N in {unit}": ours / factor for unit, (factor, _) in CONVERSIONS["N"].items() if unit != force}
+    return [word for word, ratio in ratios.items() if times > 0.0 and abs(log(times / ratio)) < within]
 
 
 def unit_said(theirs: str) -> str:

@@ -9,6 +9,7 @@ from thrustd.diagnose.compare.checks import check_recording
 from thrustd.diagnose.compare.compare import compare
 from thrustd.diagnose.compare.first_look import first_look
 from thrustd.records.recording import make_recording
+from thrustd.records.roles import with_trusted_units
 
 DT_S = 0.05
 
@@ -57,6 +58,14 @@ def test_channels_that_are_not_there_or_one_are_said():
     assert any("no other column that moves" in line for line in first_look([of(x, idle=0 * T)]).lines)
     both = first_look([of(x, oil=ANY, again=2 * ANY + 1)]).lines
     assert any("oil goes with again" in line or "again goes with oil" in line for line in both)
+
+
+@pytest.mark.parametrize(("size", "trusted", "said"), [(0.25, False, False), (2.4, False, True), (2.4, True, False)])
+def test_an_acceleration_that_no_aircraft_has_is_asked_for_its_unit(size, trusted, said):
+    """Its mass was 6 kg of 60, strong, without a word."""
+    rig = of(0.6 + 0.3 * np.sin(2 * T) + 0.1 * np.sin(0.7 * T), accel_x_g=size * np.sin(0.3 * T))
+    lines = first_look([with_trusted_units(rig) if trusted else rig]).lines
+    assert any("accel_x_g reaches 2.4" in line and "m/s2?" in line for line in lines) == said
 
 
 def test_noise_is_no_motion():

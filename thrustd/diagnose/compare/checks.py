@@ -22,6 +22,7 @@ from thrustd.records.roles import roles_in, roles_of, unit_in_name, units_truste
 from thrustd.records.units import SPELLED, UNITS
 
 THOUSAND = (200.0, 5000.0)  # a ratio to what the model was identified on that speaks of another unit
+MIRRORED = 0.8  # of the samples: a record of the other sign
 SAME_N = 1e-6  # of the reference's size: a reference that is the model's own output
 SHORTEST_S = 10.0  # or this many samples: a fast drive is known in seconds
 SHORTEST = 1000
@@ -66,11 +67,27 @@ def _check_same_units(record: Recording, spec: ModelSpec) -> None:
 
 def _check_sizes(record: Recording, spec: ModelSpec) -> None:
     """Sizes that speak of another unit than the name; the user may say that it is so all the same."""
+    _check_turned(record, spec)
     if roles_of([record]).own:
         _check_mount_units(record, spec)
     else:
         _check_other_units(record, spec)
     check_channel_units(record)
+
+
+def _check_turned(record: Recording, spec: ModelSpec) -> None:
+    """Both signs turned: what the model knows is where the record is mirrored, and nowhere else."""
+    known, roles = (spec.valid.deformation_mm, spec.valid.force_n), roles_of([record])
+    for name, (low, high) in zip((DEFORMATION, FORCE), known, strict=True):
+        column = record[name][np.isfinite(record[name])]
+        there, mirrored = (float(np.mean((low <= each) & (each <= high))) for each in (column, -column))
+        if there > 1.0 - MIRRORED or mirrored < MIRRORED:
+            return
+    raise RecordingError(
+        f"{record.name}: {roles.input} and {roles.output} are where the model knows them with the other sign"
+        f" ({roles.output} from {np.nanmin(record[FORCE]):.3g} to {np.nanmax(record[FORCE]):.3g}, {spec.name} from"
+        f" {known[1][0]:.3g} to {known[1][1]:.3g}): both signs turned? (turn them with --rename{OVERRULED})"
+    )
 
 
 def check_channel_units(record: Recording, overruled: str = OVERRULED) -> None:

@@ -22,6 +22,7 @@ from thrustd.diagnose.compare.checks import check_recording, far_outside
 from thrustd.diagnose.compare.comparison import CompareReport, Comparison
 from thrustd.diagnose.compare.failures import Failure, where_it_fails
 from thrustd.diagnose.compare.first_look import first_look
+from thrustd.diagnose.compare.measured_force import another_unit, no_load
 from thrustd.diagnose.compare.reference import BROCHURE, is_own_output, referenced, rest_remarks
 from thrustd.diagnose.compare.regions import RegionError, errors_by_region, regions_of
 from thrustd.diagnose.search.evidence import lateness, simulate, simulate_in_flight
@@ -72,6 +73,7 @@ def compare(
     remarks += dict.fromkeys(
         line for spec in models.values() for line in (far_outside(r, spec) for r in records) if line
     )
+    remarks += [f"{c.recording}: {line}" for c in found for line in _of_force(c, models[c.model]) if line]
     remarks += [c.check.sentence for c in found if c.check.sentence]
     remarks += [IS_NO_TRUTH] if against == BROCHURE else []
     looks, extents = {record.name: first_look([record]) for record in records}, [record.extent for record in records]
@@ -117,6 +119,11 @@ def _comparison(
         roles,
         Check() if against == BROCHURE else check_of(name, spec, record, rmse, roles.output_unit),
     )
+
+
+def _of_force(found: Comparison, spec: ModelSpec) -> tuple[str, str]:
+    seen = found.model_n, found.reference_n
+    return another_unit(*seen, found.roles), no_load(*seen, found.time_s, spec, found.roles)
 
 
 def _percent_of_large(spec: ModelSpec, residual_n: Floats, reference_n: Floats, roles: Roles) -> float | None:

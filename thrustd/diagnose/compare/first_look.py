@@ -20,7 +20,7 @@ from thrustd.diagnose.search.candidates import moves
 from thrustd.identify.checks import stuck
 from thrustd.identify.segments import DEFORMATION, FORCE, segments_of
 from thrustd.records.recording import Recording
-from thrustd.records.roles import roles_of
+from thrustd.records.roles import roles_of, units_trusted
 
 ONE_TONE = 0.98  # of the power of the motion
 TONE_WIDTH = 0.15  # of its frequency
@@ -28,6 +28,7 @@ CYCLES = 3.0  # at least, for a frequency to be one
 ALIKE = 0.1  # scatter of strokes that are one amplitude
 ONE_LEVEL = 0.05  # of the level: a record that stays there
 TOGETHER = 0.9995  # correlation of two channels that go together
+ALONG_G = 1.0  # an aircraft's thrust and drag are smaller than its weight
 MOST_PAIRS = 3
 MOST_CHANNELS = 24
 
@@ -81,8 +82,24 @@ def first_look(records: Sequence[Recording]) -> FirstLook:
         ),
     ]
     held = tuple(f"{record.name}: {line}" for record in records if (line := stuck(record)))
-    lines = held + tuple(line for true, line in said if true) + _channels(records, where)
+    lines = held + _accels(records) + tuple(line for true, line in said if true) + _channels(records, where)
     return FirstLook(turns, alike, tone, one_level, 2 * segment.dt_s, len(x) * segment.dt_s / 4, energy.delivers, lines)
+
+
+def _accels(records: Sequence[Recording]) -> tuple[str, ...]:
+    """Asked, not refused: a shaker gives a mount more, and what is in m/s2 is seldom so large that nothing is."""
+    found = []
+    for record in records:
+        for axis in ("accel_x_g", "accel_y_g"):
+            column = record.channels.get(axis, np.array([np.nan]))
+            if units_trusted(record, axis) or not np.isfinite(column).any():
+                continue
+            reaches = float(np.nanquantile(np.abs(column), 0.999))
+            if reaches > ALONG_G:
+                found.append(
+                    f"{record.name}: {axis} reaches {reaches:.2g}: more than an aircraft is moved by; in m/s2?"
+                )
+    return tuple(found)
 
 
 def _turns(motion: Motion) -> tuple[int, Floats]:

@@ -8,11 +8,13 @@ import numpy as np
 
 from thrustd.brochure.deck import Deck
 from thrustd.core.aircraft import MountPlace
+from thrustd.core.columns import Floats
 from thrustd.core.errors import RecordingError
 from thrustd.core.measures import usual_load
 from thrustd.diagnose.compare.check import learnt_from
-from thrustd.diagnose.compare.checks import check_length, check_not_own_output, check_recording, far_outside
+from thrustd.diagnose.compare.checks import OVERRULED, check_length, check_not_own_output, check_recording, far_outside
 from thrustd.diagnose.compare.compare import free_runs
+from thrustd.diagnose.compare.measured_force import another_unit, no_load
 from thrustd.diagnose.compare.reference import BROCHURE, BROCHURE_NEEDS, check_reference, referenced
 from thrustd.diagnose.search.aboard import read_beside
 from thrustd.diagnose.search.base import Base, base_of, learnt, plateau, records_of
@@ -23,13 +25,13 @@ from thrustd.diagnose.search.rig import RigPriors, shipped_rig
 from thrustd.identify.artifact import data_sha256
 from thrustd.identify.first_state import stretch_of
 from thrustd.identify.regression.record import Record
-from thrustd.identify.segments import Segment
+from thrustd.identify.segments import FORCE, Segment
 from thrustd.model.artifact import ModelSpec
 from thrustd.model.calibrated import calibrated
 from thrustd.model.effect import Effect
 from thrustd.model.effects import effect_named
 from thrustd.records.recording import Recording
-from thrustd.records.roles import roles_of
+from thrustd.records.roles import roles_of, units_trusted
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +80,11 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     segments = stretches(flies, records, also)
     if not in_flight and flies is not spec:
         segments = [_as_on_the_bench(spec, flies, segment) for segment in segments]
-    output = np.concatenate([simulate(spec, segment) for segment in segments])
-    check_not_own_output(records[0], output, np.concatenate([segment.force_n for segment in segments]))
+    output = [simulate(spec, segment) for segment in segments]
+    measured = np.concatenate([segment.force_n for segment in segments])
+    check_not_own_output(records[0], np.concatenate(output), measured)
+    if not in_flight:
+        _check_measured(spec, records, segments, output)
     bench = stretches(spec, given.bench) if given.bench else []
     priors = given.rig or shipped_rig()
     known = _known_elsewhere(spec, recordings)
@@ -91,6 +96,24 @@ def asked(spec: ModelSpec, recordings: Sequence[Recording], given: Given) -> Que
     rows = records_of(base, spec, segments)
     question = Question(spec, records, segments, base, rows, rig_of(rows, base, spec, priors))
     return question if in_flight else of_segments(question, segments)
+
+
+def _check_measured(
+    spec: ModelSpec, records: Sequence[Recording], segments: Sequence[Segment], output: Sequence[Floats]
+) -> None:
+    """A force that another unit explains, and samples that are none: no effect is asked for them."""
+    roles = roles_of(records)
+    for record in records:
+        mine = [i for i, segment in enumerate(segments) if segment.record == record.name]
+        if not mine:
+            continue
+        model_n = np.concatenate([output[i] for i in mine])
+        measured_n = np.concatenate([segments[i].force_n for i in mine])
+        time_s = np.concatenate([segments[i].time_s for i in mine])
+        if line := no_load(model_n, measured_n, time_s, spec, roles):
+            raise RecordingError(f"{record.name}: {line}")
+        if not units_trusted(record, FORCE) and (line := another_unit(model_n, measured_n, roles)):
+            raise RecordingError(f"{record.name}: {line} (convert it{OVERRULED})")
 
 
 def _ours(spec: ModelSpec, segments: Sequence[Segment], priors: RigPriors) -> bool:
