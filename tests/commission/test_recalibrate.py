@@ -110,13 +110,30 @@ def test_a_tethered_run_keeps_what_was_seen_that_day_and_the_date_goes_on_from_i
     assert after.recalibrate_by == walked.recalibrate_by
 
 
-def test_check_warns_when_the_day_is_over(tmp_path, capsys):
+@pytest.fixture
+def its_folder(tmp_path):
+    """With a configuration that names a calibration file."""
     folder = shipped("deploy/hil.toml", "config").parent
     text = (folder / "hil.toml").read_text().replace("../models", str(folder.parent / "models"))
     (tmp_path / "hil.toml").write_text('calibration = "c.toml"\n' + text)
     for name in ("citation-ii.toml", "canaerospace.dbc"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
+    return tmp_path
+
+
+@pytest.mark.parametrize(("gain", "warned"), [(1.7, True), (0.84, True), (1.149, False), (1.0, False)])
+def test_check_warns_of_a_gain_that_no_tethered_run_is_believed_to_say(its_folder, capsys, gain, warned):
+    """1.7 flew without a word."""
+    (its_folder / "c.toml").write_text(f'on = "2026-01-01"\n[mount.left_upper]\ngain = {gain}\n')
+    assert main(["check", str(its_folder / "hil.toml")]) == 0
+    words = (
+        f"warning: c.toml: gain of left_upper {gain:.3f}, expected 0.85 to 1.15, which `calibrate tether` would refuse"
+    )
+    assert (words in capsys.readouterr().out) == warned
+
+
+def test_check_warns_when_the_day_is_over(its_folder, capsys):
     for by, warned in (("2026-01-31", True), ("2999-01-01", False)):
-        (tmp_path / "c.toml").write_text(f'on = "2026-01-01"\nrecalibrate_by = "{by}"\n')
-        assert main(["check", str(tmp_path / "hil.toml")]) == 0
+        (its_folder / "c.toml").write_text(f'on = "2026-01-01"\nrecalibrate_by = "{by}"\n')
+        assert main(["check", str(its_folder / "hil.toml")]) == 0
         assert (f"warning: c.toml: recalibrate by {by}, and it is " in capsys.readouterr().out) == warned

@@ -92,6 +92,15 @@ def _overdue(installation: "Installation") -> list[str]:
     ]
 
 
+def _far(installation: "Installation") -> list[str]:
+    """Gains that somebody wrote, for no tethered run would have."""
+    from thrustd.commission.tether_file import gains_too_far
+
+    known, name = installation.calibration(), installation.config.calibration
+    gains = {mount: one.gain for mount, one in known.mount.items() if one.gain != 1.0} if known is not None else {}
+    return [f"{name}: {said}, which `calibrate tether` would refuse" for said in gains_too_far(gains)]
+
+
 def _hangs(aircraft: "AircraftData") -> dict[str, Any]:
     """What the mounts carry, what a front one does when the other is lost, how they lean."""
     from thrustd.core.statics import carried, left_over
@@ -133,7 +142,7 @@ def check_verb(arguments: argparse.Namespace) -> int:
     if arguments.manifest:
         sys.stdout.write(manifest(installation.hashes()).decode())
         return 0
-    warnings = [*installation.uncorrected(), *_overdue(installation)]
+    warnings = [*installation.uncorrected(), *_overdue(installation), *_far(installation)]
     can, adc, queue = installation.config.can, installation.config.adc, EventQueue()
     where = f"{installation.where}: can"
     CanBus(can.interface, can.channel, can.bitrate, queue.put, where=where)  # names are judged, nothing is opened
