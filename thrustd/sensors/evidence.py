@@ -24,7 +24,8 @@ import numpy as np
 from thrustd.core.aircraft import Installed
 from thrustd.core.columns import Floats
 from thrustd.core.jit import compiled
-from thrustd.sensors.errors import THRUST_N2, Parts, as_on_the_bench, covariance, installed_n2
+from thrustd.core.measures import SIGMAS_95
+from thrustd.sensors.errors import THRUST_N2, Parts, as_on_the_bench, as_unmeasured, covariance, installed_n2
 from thrustd.sensors.fault_shape import FAULT_S, LASTING_S, by_mounts_n, fault_shape, installed_shape
 from thrustd.sensors.motion import SILENT, Motion, beside
 from thrustd.sensors.onsets import (
@@ -121,16 +122,20 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
     """What the thrust that leads may be wrong by because nobody corrected the installation: a variance more.
 
         u(m, v) = v + (m - thrust)^2 - variance      m, v: thrust, variance if the installation errs as its prior
-        max(u of all sources, min(u of the brochure alone, what the installation does to the mounts))
+        max(u of all sources, min(u of the brochure alone, what the installation does to the mounts), u of a change)
 
-    of all sources with v max(1, d^2 / var d), d: the thrust by the mounts alone less that by the brochure alone
+    of all sources    v max(1, d^2 / var d) for v, d: the thrust by the mounts alone less that by the brochure alone
+    of a change       ((|m - thrust| + 1.96 sqrt(v)) / 3)^2 - variance, m and v of one that nobody has measured
 
     Mounts and brochure that agree prove no more than the better of both: nobody knows how their errors go together.
     Where they differ by more than they should, somebody's sigma is too small, and a mean of both has no smaller one.
     Agreement within the deck's own error proves no nacelle without drag: the prior is not weighed against the bench's.
+    Nor does it prove that nothing has changed since it was measured. That is a fault, so rare that no mixture holds it;
+    but it is there for the whole flight, so three sigmas hold the 95 % of an aircraft on which nothing was.
     `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
     Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects; Julier & Uhlmann 1997 (covariance
-    intersection); Birge, Phys. Rev. 40 (1932) 207 (means of what does not agree).
+    intersection); Birge, Phys. Rev. 40 (1932) 207 (means of what does not agree); Brown & McBurney, Navigation 35
+    (1988) 41 (solution separation).
     """
     parts = share, 1.0 - share, 1.0, 1.0, 1.0
     by_mounts, by_brochure = off.copy(), off.copy()
@@ -141,7 +146,9 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
     apart2 = max((mounts_n - brochure_n) ** 2 / (mounts_n2 + brochure_n2), 1.0)
     together_n2 = all_n2 * apart2 + (mean_n - said[0]) ** 2 - said[1]
     alone_n2 = brochure_n2 + (brochure_n - said[0]) ** 2 - said[1]
-    return max(together_n2, min(installed_n2(rows, 0, 0, installed), alone_n2), 0.0)
+    changed_n, changed_n2 = _said(rows, n, parts, off, as_unmeasured(installed))
+    changed_n2 = ((abs(changed_n - said[0]) + SIGMAS_95 * sqrt(changed_n2)) / 3.0) ** 2 - said[1]
+    return max(together_n2, min(installed_n2(rows, 0, 0, installed), alone_n2), changed_n2, 0.0)
 
 
 @compiled
