@@ -51,3 +51,12 @@ def test_what_nobody_corrected_widens_those_that_take_the_mounts_word():
 def test_what_was_said_of_an_engine_while_it_ran_says_nothing_once_it_is_off():
     rows = np.array([[0.2, 0.0, 1.0], [0.8, 300.0, 90.0]])
     assert mix(-430.0, 800.0, Weighed(rows, 0, 400.0, np.ones(2)), True) == (-430.0, 800.0)
+
+
+def test_what_filter_and_bank_are_apart_by_is_in_the_band_of_each_and_moves_no_estimate():
+    rows = np.array([[0.9, 0.0, 1.0], [0.1, -400.0, 200.0]])
+    weighed = Weighed(rows, 0, 300.0, np.array([1.0, 0.0]))
+    (bare_n, narrow_n), (thrust_n, wide_n) = (mix(3000.0, 40.0, weighed, False, apart_n) for apart_n in (0.0, -500.0))
+    assert thrust_n == bare_n and wide_n > max(narrow_n, 500.0)
+    alone = Weighed(np.array([[1.0, 0.0, 0.0]]), 0, 0.0, np.ones(1))
+    assert mix(3000.0, 40.0, alone, False, 30.0) == (3000.0, pytest.approx(50.0))

@@ -13,6 +13,7 @@ from thrustd.core.types import Status
 from thrustd.fusion import smoother
 from thrustd.fusion.dynamics import ENGINE, N_STATE
 from thrustd.fusion.fusion_inputs import FusionInputs
+from thrustd.fusion.mixture import Weighed
 from thrustd.fusion.settings import FusionSettings, check_settings
 from thrustd.fusion.thrust_filter import ThrustFilter
 
@@ -387,3 +388,22 @@ def test_a_band_that_is_wide_again_is_no_start_but_behind_a_pause():
     assert estimate.thrust_std_n > S.converging_std_n
     assert not estimate.status & Status.CONVERGING
     assert thrust_filter.step(inputs(400)).status & Status.CONVERGING
+
+
+def test_a_bank_that_says_another_thrust_is_in_the_band_until_it_says_more():
+    """It saw N1 and N2, the filter a fuel flow that is wrong by a fifth: 807 N apart, at a sigma of 188 N."""
+
+    def weighed(lead_n):
+        return Weighed(np.array([[1.0, 0.0, 0.0]]), 0, 0.0, np.ones(1), lead_n)
+
+    thrust_filter = ThrustFilter(S, 0)
+    before = [thrust_filter.step(inputs(k, 3000.0, 3000.0), weighed(nan)) for k in range(100)][-1]
+    apart = thrust_filter.step(inputs(100, 3000.0, 3000.0), weighed(3600.0))
+    assert apart.thrust_n == pytest.approx(3000.0, abs=5.0)
+    assert apart.thrust_std_n == pytest.approx(hypot(before.thrust_std_n, 600.0), rel=0.01)
+    moved = [thrust_filter.step(inputs(k, 2500.0, 2500.0, 70.0, -60.0), weighed(3600.0)) for k in range(101, 104)][-1]
+    assert moved.thrust_n < 2900.0  # the same word, of the thrust that was
+    assert moved.thrust_std_n == pytest.approx(600.0, rel=0.05)
+    again = thrust_filter.step(inputs(104, 2500.0, 2500.0), weighed(moved.thrust_n))
+    assert again.thrust_std_n < 150.0
+    assert thrust_filter.step(inputs(105, 2500.0, 2500.0), weighed(nan)).thrust_std_n < 150.0  # an engine that stopped

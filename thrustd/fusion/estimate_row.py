@@ -40,6 +40,17 @@ def _brochure_bits(there: bool, rejected: bool, off: bool) -> int:
     return BROCHURE_REJECTED if rejected else 0
 
 
+@compiled
+def _apart_n(m: Any, thrust_n: float, lead_n: float) -> float:
+    """What the bank says of the thrust, less the filter's; as it was when the bank, which looks less often, said it."""
+    if not isfinite(lead_n):
+        m.apart_n = 0.0
+    elif lead_n != m.lead_n:
+        m.apart_n = lead_n - thrust_n
+    m.lead_n = lead_n
+    return float(m.apart_n)
+
+
 def _row(memory: Any, told: Any, x: Floats, p: Floats, engine: int, weighed: Weighed) -> tuple[Any, ...]:
     """The fields of an Estimate: the filter's, mixed with what other hypotheses say (see `mixture`).
 
@@ -71,7 +82,8 @@ def _row(memory: Any, told: Any, x: Floats, p: Floats, engine: int, weighed: Wei
     if m.mount_used and m.used:
         nis = (m.mount_nis + m.nis) / 2
     deviation = x[ENGINE, 0] + x[SHAPE, 0] / max(m.sizes[SCALE_N], SCALE_FLOOR_N)
-    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed, m.off)
+    apart_n = _apart_n(m, x[THRUST, 0], weighed.lead_n)
+    thrust_n, std_n = mix(x[THRUST, 0], sqrt(variance_n2), weighed, m.off, apart_n)
     return (
         t.t_ns, engine, thrust_n, std_n, x[RATE, 0], t.mount_n, t.mount_std_n, t.brochure_n,
         t.brochure_std_n, m.mount_nu_n, m.nu_n, nis, x[MOUNT, 0], deviation, t.load_share, status,
@@ -82,5 +94,5 @@ def _row(memory: Any, told: Any, x: Floats, p: Floats, engine: int, weighed: Wei
 _F, _I, _TABLE = numba.float64, numba.int64, numba.float64[:, ::1]
 _RECORDS = numba.from_dtype(FILTER)[::1], numba.from_dtype(INPUTS)[::1]
 _ESTIMATE = vars(numba.types)["Tuple"]((_I, _I, *[_F] * 13, _I, _F))  # untyped in the package
-_SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Weighed, _TABLE, _I, _F, numba.float64[::1]))
+_SIGNATURE = _ESTIMATE(*_RECORDS, _TABLE, _TABLE, _I, named(Weighed, _TABLE, _I, _F, numba.float64[::1], _F))
 estimate_row: Any = entry(compiled(_row, _SIGNATURE, "numpy"))

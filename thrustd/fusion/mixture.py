@@ -9,10 +9,14 @@ is far away does not pull it.
 What nobody corrected of an installation is in the band and not in the estimate: it widens every hypothesis that takes
 the mounts' word, and none that does not. A hypothesis that the mounts are off is about the same errors; beside the
 mixture, as a variance of its own, they were counted twice.
+
+The filter and the bank weigh the same sources by the same hypothesis, one step by step, the other rows at once. Where
+they say different thrusts one of both is wrong, and it may be the one that goes out: what they are apart by is in the
+band of every hypothesis.
 Reference: Bar-Shalom, Li & Kirubarajan, sec. 1.4.16 (mixture equations).
 """
 
-from math import erfc, exp, pi, sqrt
+from math import erfc, exp, nan, pi, sqrt
 from typing import NamedTuple
 
 from thrustd.core.columns import Floats
@@ -33,6 +37,7 @@ class Weighed(NamedTuple):
     lead: int  # the one that was trusted of what the filter is told
     uncorrected_n: float  # one sigma of what none of them knows
     by_mounts: Floats  # (n,) 1: takes the mounts' word, so its thrust has that, too; else 0
+    lead_n: float = nan  # thrust by the one that leads, when it was weighed last; NaN: it was not
 
 
 @compiled
@@ -70,10 +75,13 @@ def _end(hypotheses: Floats, std_n: float, sign: float, far_n: float, tail: tupl
 
 
 @compiled
-def mix(thrust_n: float, std_n: float, weighed: Weighed, off: bool = False) -> tuple[float, float]:
+def mix(
+    thrust_n: float, std_n: float, weighed: Weighed, off: bool = False, apart_n: float = 0.0
+) -> tuple[float, float]:
     """Thrust and sigma of the one that leads, and all others beside it. -> thrust and sigma of the mixture.
 
-    `off`: the engine is, and what was said of it while it ran says nothing.
+    `off`: the engine is, and what was said of it while it ran says nothing. `apart_n`: what the bank says it is, less
+    the thrust.
     """
     if off:
         return thrust_n, std_n
@@ -81,7 +89,7 @@ def mix(thrust_n: float, std_n: float, weighed: Weighed, off: bool = False) -> t
     told, wide = weighed.hypotheses.copy(), weighed.hypotheses.copy()
     told[lead, STD_N], far_n = std_n, 0.0
     for i in range(len(told)):
-        wide[i, STD_N] = sqrt(told[i, STD_N] ** 2 + (weighed.by_mounts[i] * more_n) ** 2)
+        wide[i, STD_N] = sqrt(told[i, STD_N] ** 2 + (weighed.by_mounts[i] * more_n) ** 2 + apart_n**2)
         if i == lead or told[i, P] > 0.1 * TAILS[0][0] / len(told):
             far_n = max(far_n, abs(told[i, SHIFT_N]) + 6.0 * wide[i, STD_N])
     if told[lead, P] > 1.0 - ALONE:

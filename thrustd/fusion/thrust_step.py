@@ -72,6 +72,8 @@ FILTER = np.dtype(
         ("calibrated_now", np.bool_),  # at this step
         ("anchored", np.bool_),  # a measurement of this instant has said where T is: the next teaches the errors
         ("taken", np.bool_),  # the measurement that was weighed
+        ("lead_n", np.float64),  # what the bank said last, and by how much more than the filter at that step
+        ("apart_n", np.float64),
     ],
     align=True,
 )

@@ -210,7 +210,8 @@ class Pipeline:
             thrust_n, std_n, _ = bank.leading[verdict.changed].tolist()
             self._filters[verdict.changed].begin_anew(thrust_n, std_n, self._told_of[verdict.changed])
         for e, thrust_filter in enumerate(self._filters):
-            weighed = Weighed(bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e), BY_MOUNTS)
+            said = bank.rows[e], bank.found.item(e), self._monitor.uncorrected_n(e), BY_MOUNTS
+            weighed = Weighed(*said, bank.leading.item(e, 0))
             estimates.append(thrust_filter.step(self._told_of[e], weighed))
             outputs.append(estimates[e])
             if thrust_filter.calibrates:

@@ -192,7 +192,7 @@ def _runs(memory: _Memory, engines: Engines, e: int, t_s: float, readings: Float
     if turns and t_s - past.since_s >= STARTED_S:
         return True
     memory.heard[e].n, more_n2 = 0, installed_n2(row.reshape((1, WIDTH)), 0, 0, engines.installed)
-    memory.leading[e, UNCORRECTED_N] = sqrt(more_n2)
+    memory.leading[e, 0], memory.leading[e, UNCORRECTED_N] = nan, sqrt(more_n2)
     forget(memory.jumps[e])
     return False
 
