@@ -194,16 +194,17 @@ def test_where_mounts_and_brochure_differ_by_more_than_they_should_no_mean_of_bo
     assert sigma_n(100.0, measured)[0] == pytest.approx(agree_n, rel=0.05)  # as much as they should
     for apart_n in (-900.0, -600.0, 600.0, 900.0):
         std_n, far_n = sigma_n(apart_n, measured)
-        assert std_n > 1.9 * agree_n and far_n < 3.4 * std_n
+        assert std_n > 2.5 * agree_n and far_n < 4.0 * std_n
 
 
 @pytest.mark.parametrize("apart_n", [-300.0, -200.0, 200.0, 300.0])
-def test_an_installation_that_changed_since_it_was_measured_is_in_three_sigmas_as_far_as_the_brochure_cannot_tell(
-    apart_n,
-):
-    """Softer mounts, or a gap that has grown: by ten of its sigmas, and within two of the brochure's."""
-    std_n, far_n = sigma_n(apart_n, Installed(20.0, 0.0, 0.01, 10.0, 0.0, 0.0, 0.006, 0.0, 0.003))
+def test_mounts_that_changed_since_they_were_measured_are_in_three_sigmas_as_far_as_the_brochure_cannot_tell(apart_n):
+    """Softer rubber, or a gap that has grown: by ten of its sigmas, and within two of the brochure's."""
+    measured = Installed(20.0, 0.0, 0.01, 10.0, 0.0, 0.0, 0.006, 0.0, 0.003, zero_before_n=200.0, scale_before=0.03)
+    std_n, far_n = sigma_n(apart_n, measured)
     assert far_n < 2.5 * std_n
+    known, _ = sigma_n(apart_n, measured._replace(zero_before_n=20.0, scale_before=0.003))  # by the aircraft's file
+    assert known < 0.8 * std_n
 
 
 def taking_off(scale, deck, seconds, installed=INSTALLED, zero_n=0.0):
@@ -252,17 +253,16 @@ def test_a_scale_that_a_tethered_run_has_told_is_doubted_as_any_fault_and_in_the
     out, heard = np.zeros((2, onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD)
     bare = INSTALLED._replace(zero_n=0.0, scale=0.0)
     *_, (rows, n) = flown(lambda t_s: [0.0] * 5, 60.0)
+    more_n2 = []
     for said, installed in zip(out, (bare._replace(scale=0.004), bare._replace(told_scale=0.004)), strict=True):
         evidence.weigh(rows, n, SHARE, onsets.WELL, installed, heard[0], said)
+        args = rows, n, SHARE, np.zeros(N_SOURCES), installed, said[onsets.WELL, 1:]
+        more_n2.append(evidence.uncorrected_n2(*args))
     assert np.array_equal(out[0, onsets.SCALE_OFF, 1:], out[1, onsets.SCALE_OFF, 1:])
     assert 0.0 < out[1, onsets.SCALE_OFF, 0] < 0.1 * out[0, onsets.SCALE_OFF, 0]
     *_, (rows, n) = flown(lambda t_s: 900.0 * np.array((SHARE, 1.0 - SHARE, 0, 0, 0)), 60.0)  # 30 % since the start
     evidence.weigh(rows, n, SHARE, onsets.WELL, bare._replace(told_scale=0.004), heard[0], out[0])
     assert out[0, onsets.WELL, 0] < 0.1 and out[0, onsets.MOUNTS_OFF, 0] > 0.3  # or the brochure is, all of it
     *_, (rows, n) = flown(lambda t_s: [0.0] * 5, 60.0)
-    args, mounts_alone = (rows, n, SHARE), np.array((0.0, 0.0, 1.0, 1.0, 1.0))
-    unsure, told, plain = (
-        evidence.uncorrected_n2(*args, mounts_alone, installed, out[1, onsets.WELL, 1:])
-        for installed in (bare._replace(scale=0.1), bare._replace(told_scale=0.1), bare)
-    )
-    assert unsure > told == plain
+    plain = evidence.uncorrected_n2(rows, n, SHARE, np.zeros(N_SOURCES), bare, out[1, onsets.WELL, 1:])
+    assert more_n2[0] > more_n2[1] == plain

@@ -97,6 +97,7 @@ class InstallationErrors(Section, frozen=True):
     share: Annotated[float, Meta(gt=0, le=0.2)] = 0.006  # of the load that one mount carries
     mass_kg: NotNegative | None = None  # in the models' inertia; none: engine_mass_std_kg
     told_scale: NotNegative = 0.0  # left of the scale by a tethered run: the mounts' own sigma has it, `scale` nothing
+    before: tuple[NotNegative, NotNegative] = (0.0, 0.0)  # zero with temperature, N, and scale: before that run
 
     def terms_n(self, thrust_n: float, pressure_pa: float) -> dict[str, float]:
         """Those that the aircraft's file states here, but for share and mass, at a thrust and a dynamic pressure."""
@@ -124,6 +125,8 @@ class Installed(NamedTuple):
     share: float  # to opposite sides of both mounts, as the couple: a sum does not need them
     couple_n_g: float  # per g of load factor beyond 1
     told_scale: float = 0.0  # in the mounts' own sigma; here for who doubts it
+    zero_before_n: float = 0.0  # before a run has told zeros and scales
+    scale_before: float = 0.0
 
 
 class Windmilling(Section, frozen=True):
@@ -186,9 +189,9 @@ class AircraftData(Section, frozen=True):
 
     def installed(self) -> Installed:
         known = self.installation
-        zero_n, couple_n_g = hypot(known.zero_n, known.temperature_n), self.couple_n_g()
-        of_mass, to_one = (self.cant_n_g(), self.inertia_n_g()), (known.share, couple_n_g)
-        return Installed(zero_n, known.scale, known.drag_m2, known.rest_n, *of_mass, *to_one, known.told_scale)
+        mounts = hypot(known.zero_n, known.temperature_n), known.scale, known.drag_m2, known.rest_n
+        others = self.cant_n_g(), self.inertia_n_g(), known.share, self.couple_n_g()
+        return Installed(*mounts, *others, known.told_scale, *known.before)
 
     def cant_n_g(self) -> float:
         """Of an engine's weight, what nobody knows whether its mounts carry it, one sigma."""
@@ -207,8 +210,7 @@ class AircraftData(Section, frozen=True):
     def terms_n(self, thrust_n: float, pressure_pa: float, more_g: float, along_g: float) -> dict[str, float]:
         """What an installation may do, term by term; `more_g`: load factor beyond 1, `along_g`: along the engine."""
         of_cant = {"cant": self.cant_n_g() * abs(more_g)} if self.cant else {}
-        of_mass = {"mass": self.inertia_n_g() * abs(along_g)}
-        return self.installation.terms_n(thrust_n, pressure_pa) | of_cant | of_mass
+        return self.installation.terms_n(thrust_n, pressure_pa) | of_cant | {"mass": self.inertia_n_g() * abs(along_g)}
 
 
 class MountPlace(NamedTuple):
@@ -285,10 +287,9 @@ def place_of(mount: str, config: Config, data: AircraftData, measured: Calibrati
         if known.name == mount:
             number = places(config, data)[config.aircraft.engines.index(known.engine)].index(i)
             share = data.share(number)
-            weight_n = share * data.engine_mass_kg * STANDARD_GRAVITY_M_S2
             place = MountPlace(mount, known.engine, config.aircraft.engines.index(known.engine), share)
             if (cant := data.cant_of(mount, known.engine)) is not None:
-                place = place._replace(weight_n=weight_n, lean_deg=cant.deg)
+                place = place._replace(weight_n=share * data.engine_mass_kg * STANDARD_GRAVITY_M_S2, lean_deg=cant.deg)
             if data.rigid_body:
                 place = place._replace(couple_n=carried(data)[number].weight_n)
             if measured is None:

@@ -5,6 +5,7 @@ So does a mass that a model has estimated: how unsure it is stands in the model'
 """
 
 from collections.abc import Sequence
+from math import hypot
 
 import msgspec
 
@@ -66,7 +67,8 @@ def as_calibrated(aircraft: AircraftData, calibration: Calibration | None) -> Ai
         return aircraft
     mounts, known = list(calibration.mount.values()), aircraft.installation
     grows_mm = [WARMS_K * (mount.expansion_std_mm_k or EXPANSION_STD_MM_K) for mount in mounts]
-    now = {"temperature_n": sum(aircraft.spring_n_mm) * max(grows_mm, default=1.0)}
+    before = hypot(known.zero_n, known.temperature_n), known.scale
+    now = {"temperature_n": sum(aircraft.spring_n_mm) * max(grows_mm, default=1.0), "before": before}
     gain_stds = [mount.gain_std for mount in mounts if mount.gain_std is not None]
     if len(gain_stds) == len(mounts) > 0:
         shared = [engine.gain_std for engine in calibration.engine.values()] or gain_stds

@@ -43,7 +43,7 @@ TERMS = {  # of `core.types.Terms`, in words
     "fuel_n": "fuel: density, heating value",
 }
 INSTALLATION, FUEL = "installation_n", "fuel_n"
-INSTALLED = "installation, "
+INSTALLED, CHANGED = "installation, ", "changed since, or sources that differ"
 UNPROVED = "throttle moved, other hypotheses"
 INERTIA = "inertia (noise of the acceleration)"
 AIR, LOAD, ALONG = ("mach", "pressure_altitude_m"), "accel_z_g", "accel_x_g"
@@ -155,12 +155,12 @@ def budget_of(engine: str, told: Told, band: Band) -> Budget:
 
 
 def _scaled(terms: dict[str, float], together_n: float) -> list[Row]:
-    """As far as they are not bounded."""
+    """As far as they are not bounded, and what is more than all of them."""
     whole_n = hypot(*terms.values())
-    return [
-        Row("fused", INSTALLED + name, SYSTEMATIC, n * together_n / whole_n if whole_n else 0.0)
-        for name, n in terms.items()
-    ]
+    share = min(together_n / whole_n, 1.0) if whole_n else 0.0
+    more_n = sqrt(max(together_n**2 - whole_n**2, 0.0))
+    rows = {name: share * n for name, n in terms.items()} | ({CHANGED: more_n} if more_n else {})
+    return [Row("fused", INSTALLED + name, SYSTEMATIC, n) for name, n in rows.items()]
 
 
 def _budget(

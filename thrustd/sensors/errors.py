@@ -46,7 +46,6 @@ from thrustd.sensors.past import (
 
 Parts = tuple[float, float, float, float, float]
 AS_ON_THE_BENCH = Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, UNKNOWN.share, 0.0)
-UNMEASURED = Installed(UNKNOWN.zero_n, UNKNOWN.scale, UNKNOWN.drag_m2, UNKNOWN.rest_n, 0.0, 0.0, UNKNOWN.share, 0.0)
 THRUST_N2 = 1e9  # prior variance of the thrust of a row: anything, and no thrust is likelier than another
 SILENT_N2 = 1e9
 # errors of all that is well; mounts' sigmas and the deck's come with the row
@@ -108,16 +107,16 @@ def _add_lag(rows: Floats, a: int, b: int, block: Floats) -> None:
 @compiled
 def as_on_the_bench(installed: Installed) -> Installed:
     """Without all that no bench shows."""
-    return Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g, 0.0)
+    return Installed(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, installed.share, installed.couple_n_g, 0.0, 0.0, 0.0)
 
 
 @compiled
 def as_unmeasured(installed: Installed) -> Installed:
-    """As wrong as that of any aircraft: what was measured of it may have changed since."""
+    """With zeros and scales as unsure as before a run told them: rubber softens, a gap grows, no nacelle changes."""
+    zero_n, scale = max(installed.zero_n, installed.zero_before_n), max(installed.scale, installed.scale_before)
     return Installed(
-        max(installed.zero_n, UNMEASURED.zero_n), max(installed.scale, UNMEASURED.scale),
-        max(installed.drag_m2, UNMEASURED.drag_m2), max(installed.rest_n, UNMEASURED.rest_n), installed.cant_n_g,
-        installed.inertia_n_g, installed.share, installed.couple_n_g, installed.told_scale,
+        zero_n, scale, installed.drag_m2, installed.rest_n, installed.cant_n_g, installed.inertia_n_g,
+        installed.share, installed.couple_n_g, installed.told_scale, zero_n, scale,
     )  # fmt: skip
 
 

@@ -125,13 +125,13 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
         max(u of all sources, min(u of the brochure alone, what the installation does to the mounts), u of a change)
 
     of all sources    v max(1, d^2 / var d) for v, d: the thrust by the mounts alone less that by the brochure alone
-    of a change       ((|m - thrust| + 1.96 sqrt(v)) / 3)^2 - variance, m and v of one that nobody has measured
+    of a change       ((|m - thrust| + 1.96 sqrt(v)) / 3)^2 - variance, m and v as before a tethered run
 
     Mounts and brochure that agree prove no more than the better of both: nobody knows how their errors go together.
     Where they differ by more than they should, somebody's sigma is too small, and a mean of both has no smaller one.
     Agreement within the deck's own error proves no nacelle without drag: the prior is not weighed against the bench's.
     Nor does it prove that nothing has changed since it was measured. That is a fault, so rare that no mixture holds it;
-    but it is there for the whole flight, so three sigmas hold the 95 % of an aircraft on which nothing was.
+    but it is there for the whole flight, so three sigmas hold the 95 % that were there before a run told the mounts.
     `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
     Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects; Julier & Uhlmann 1997 (covariance
     intersection); Birge, Phys. Rev. 40 (1932) 207 (means of what does not agree); Brown & McBurney, Navigation 35

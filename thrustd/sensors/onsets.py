@@ -261,7 +261,7 @@ def of_scale(scene: Scene, installed: Installed, told: Told) -> None:
     rows, n, pattern = scene.rows, scene.n, pattern_of(MOUNTS_OFF, scene.parts)
     far = Installed(
         installed.zero_n, FAR * max(installed.scale, installed.told_scale), installed.drag_m2, installed.rest_n,
-        installed.cant_n_g, installed.inertia_n_g, installed.share, installed.couple_n_g, 0.0,
+        installed.cant_n_g, installed.inertia_n_g, installed.share, installed.couple_n_g, 0.0, 0.0, 0.0,
     )  # fmt: skip
     alone, shape, across, sigma2 = alone_of(scene, pattern), installed_shape(rows, n, far), np.empty(n), far.scale**2
     seen = Seen(np.empty((n, n)), np.empty(n), np.empty(n), pattern)
