@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from thrustd.core.columns import Floats
+from thrustd.core.columns import Flags, Floats
 from thrustd.core.errors import ModelError, RecordingError
 from thrustd.core.signals import CATALOGUE, STANDARD_GRAVITY_M_S2
 from thrustd.diagnose.compare.first_look import ONE_LEVEL
@@ -216,15 +216,27 @@ def check_new(spec: ModelSpec, effect: Effect, where: str) -> None:
 
 def far_outside(record: Recording, spec: ModelSpec) -> str:
     """One line where a few samples of the input are values that no motion reaches; empty where none are."""
-    (low, high), roles = spec.valid.deformation_mm, roles_of([record])
-    x, reach = record[DEFORMATION], FAR * (high - low)
-    far = np.flatnonzero((x < low - reach) | (x > high + reach))
-    if not 0 < len(far) <= FEW * len(x):
+    known, roles = spec.valid.deformation_mm, roles_of([record])
+    x, (low, high) = record[DEFORMATION], known
+    reach = FAR * (high - low)
+    far = (x < low - reach) | (x > high + reach)
+    line = single_samples((roles.input, roles.input_unit), x, record.time_s, far, known, "no motion reaches")
+    return f"{record.name}: {line}" if line else ""
+
+
+def single_samples(
+    said: tuple[str, str], column: Floats, time_s: Floats, far: Flags, known: tuple[float, float], why: str
+) -> str:
+    """The first of a few samples that are `far` (n,), one line; empty where there are none, or many.
+
+    said: name and unit of the column; known: what the model knows of it; why: what makes them none.
+    """
+    found, unit = np.flatnonzero(far), f" {said[1]}".rstrip()
+    if not 0 < len(found) <= FEW * len(column):
         return ""
-    unit = f" {roles.input_unit}".rstrip()
     return (
-        f"{record.name}: {roles.input} is {x[far[0]]:.4g}{unit} at {record.time_s[far[0]]:.1f} s,"
-        f" one of {len(far)} (of {len(x)}) that no motion reaches: the model knows {low:.3g} to {high:.3g}{unit};"
+        f"{said[0]} is {column[found[0]]:.4g}{unit} at {time_s[found[0]]:.1f} s, one of {len(found)} (of"
+        f" {len(column)}) that {why}: the model knows {known[0]:.3g} to {known[1]:.3g}{unit};"
         " expected such samples empty or excluded"
     )
 

@@ -8,13 +8,14 @@ A gain of 0.225 is no effect but pounds; a few samples further from the model th
 import numpy as np
 
 from thrustd.core.columns import Floats
+from thrustd.diagnose.compare.checks import single_samples
 from thrustd.model.artifact import ModelSpec
 from thrustd.records.roles import Roles
 from thrustd.records.units import CONVERSIONS, slips
 
 CLOSE = 0.05  # in logarithms: of a gain to the ratio of two units, the smallest of which is 4.4
 TOGETHER = 0.9  # correlation: a model that goes otherwise says nothing of a unit
-FAR, FEW = 3.0, 1e-3  # widths of the model's range, from that and from what it says; share of the samples
+FAR = 3.0  # widths of the model's range, from that and from what it says
 
 
 def another_unit(model_n: Floats, measured_n: Floats, roles: Roles) -> str:
@@ -39,12 +40,6 @@ def no_load(model_n: Floats, measured_n: Floats, time_s: Floats, spec: ModelSpec
     low, high = spec.valid.force_n
     with np.errstate(invalid="ignore"):
         beyond = np.maximum(low - measured_n, measured_n - high)
-        far = np.flatnonzero(np.minimum(beyond, np.abs(measured_n - model_n)) > FAR * (high - low))
-    if not 0 < len(far) <= FEW * len(measured_n):
-        return ""
-    unit = f" {roles.output_unit}".rstrip()
-    return (
-        f"{roles.output} is {measured_n[far[0]]:.4g}{unit} at {time_s[far[0]]:.1f} s, one of {len(far)} (of"
-        f" {len(measured_n)}) that no load is: the model says {model_n[far[0]]:.4g}, and knows {low:.3g} to"
-        f" {high:.3g}{unit}; expected such samples empty or excluded"
-    )
+        far = np.minimum(beyond, np.abs(measured_n - model_n)) > FAR * (high - low)
+    said = roles.output, roles.output_unit
+    return single_samples(said, measured_n, time_s, far, spec.valid.force_n, "no load is")
