@@ -154,7 +154,7 @@ class Posterior(Struct, frozen=True):
     output_scale: float  # N
     mean: list[float]
     information: list[float]
-    noise_n: float  # level of the slow errors, one sigma per independent sample
+    noise_n: float  # level of the slow errors, made white, one sigma per independent sample
     rmse_n: float  # of the residual
     strengths: dict[str, float]  # precisions of the priors
     log_pole: list[tuple[float, float]] = []
@@ -163,6 +163,7 @@ class Posterior(Struct, frozen=True):
     passive: bool = True
     finer_stops: int = 0  # than the usual ones
     effects: list[Estimated] = []
+    lasting: tuple[float, float] | None = None  # of the noise: variance over that of the white part, time constant, s
 
 
 class ModelSpec(Struct, frozen=True):

@@ -5,7 +5,7 @@ from thrustd.diagnose.search.curves import Followed
 
 
 def _curve(parts: tuple[str, ...], mse: float) -> Followed:
-    return Followed(" * ".join(parts), parts, mse, 1.0 - mse)
+    return Followed(" * ".join(parts), parts, mse, mse, 1.0 - mse)
 
 
 def test_a_law_s_channel_times_one_that_hardly_varies_is_no_other():

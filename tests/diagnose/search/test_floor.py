@@ -45,14 +45,14 @@ def test_noise_is_noise_where_stamps_tremble(trembles_s):
 
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
-    fit = SimpleNamespace(plateau=0.001, mse=(1.02 * UNEXPLAINED) ** 2, terms=("law",))
+    fit = SimpleNamespace(plateau=0.001, mse=(1.02 * UNEXPLAINED) ** 2, white=(1.02 * UNEXPLAINED) ** 2, terms=("law",))
     cell = SimpleNamespace(promised=0.004, own_plateau=np.inf, least=0.0, tremble=0.0)
     assert floor_of(fit, cell) == 0.001 and not at_floor(fit, cell)
     assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf, least=0.0)) == 0.0005
     assert (
         floor_of(fit, SimpleNamespace(promised=0.004, own_plateau=0.0007, least=0.0)) == 0.0007
     )  # a mount's core leaves more
-    assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, terms=("law",)), cell)
+    assert at_floor(SimpleNamespace(plateau=0.001, mse=0.00104**2, white=0.00104**2, terms=("law",)), cell)
 
 
 def test_what_no_function_of_the_motion_explains_is_the_floor_as_far_as_nothing_less_was_promised():
@@ -104,7 +104,9 @@ def fit(rms, words=("law",)):
     blocks = np.full(48, rms**2)
     left = {
         "mse": rms**2,
+        "white": rms**2,
         "block_mse": blocks,
+        "block_white": blocks,
         "block_size": np.ones(48),
         "plateau": 1.0,
         "std": np.zeros(0),
@@ -171,7 +173,7 @@ def test_nothing_is_missing_for_sure_only_at_the_floor(left, grade):
 
 
 def curve(channel, removed):
-    return Followed(channel, tuple(channel.split(" * ")), 100.0 - removed, removed)
+    return Followed(channel, tuple(channel.split(" * ")), 100.0 - removed, 100.0 - removed, removed)
 
 
 def test_one_channel_goes_before_a_product_with_it_that_says_hardly_more():

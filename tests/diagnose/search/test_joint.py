@@ -271,7 +271,7 @@ def test_an_error_that_lasts_a_third_of_the_record_widens_the_intervals():
     question = asked(mount(), [record([EffectSpec("sensor_scale", {"scale_error": 0.02})])], NOTHING)
     term = next(iter(terms_of(effect_named("sensor_scale"), question.rig)))
     found = joint_fit(question.base, question.rows, [term])
-    blocks = block_equations(found.solution.shape, found.solution.point, found.records)
+    _, blocks = block_equations(found.solution.shape, found.solution.point, found.records)
     pull = 30.0 * blocks.right[:, found.new].std()
     size, std = len(blocks.size), []
     for pattern in (np.arange(size) % 3, np.arange(size) * 3 // size):  # by turns, and each third of the record alike

@@ -56,9 +56,10 @@ def test_a_law_gives_way_to_a_plainer_one_that_leaves_as_little_not_to_one_that_
 
     def plainer(times: float):
         def fit(base, records, terms, *begun):
-            return replace(curved, terms=tuple(terms), block_mse=curved.block_mse * np.r_[times, np.ones(n - 1)])
+            times_each = np.r_[times, np.ones(len(curved.block_mse) - 1)]
+            left = {name: getattr(curved, name) * times_each for name in ("block_mse", "block_white")}
+            return replace(curved, terms=tuple(terms), **left)
 
-        n = len(curved.block_mse)
         monkeypatch.setattr(plains, "joint_fit", fit)
         return plain(question.base, question.rows, curved, question.rig).terms[0].effect.name
 

@@ -28,7 +28,7 @@ def _fit(words: str, level: float, scatter: float) -> SimpleNamespace:
     """Leaves `level` on average, block by block differently by `scatter`."""
     block_mse = level + scatter * (COMMON - COMMON.mean())
     mse = float(block_mse.mean())
-    left = {"block_mse": block_mse, "block_size": np.ones(48), "mse": mse}
+    left = {"block_mse": block_mse, "block_white": block_mse, "block_size": np.ones(48), "mse": mse, "white": mse}
     return SimpleNamespace(terms=tuple(words), shown=True, strain=0.0, moved=0.0, walked=0.0, **left)
 
 
@@ -63,7 +63,7 @@ def test_a_curve_that_explains_more_than_the_core_moves_beside_it_is_not_borrowe
     laws = _fit("m", 3.0, 0.0)
     laws.solution = SimpleNamespace(noise_variance=1.0)
     laws.moved = 2.0
-    curve = SimpleNamespace(mse=1.0, moved=26.0, walked=0.0, noise_variance=10.0)  # explains 96
+    curve = SimpleNamespace(white=1.0, moved=26.0, walked=0.0, noise_variance=10.0)  # explains 96
     assert not borrowed(curve, laws)
     laws.solution.noise_variance = 10.0
     assert borrowed(curve, laws)

@@ -29,8 +29,8 @@ def judged(monkeypatch, scale_leaves, curves):
 @pytest.mark.parametrize(("leaves", "words"), [(1.09, ("s",)), (0.98, ("unknown",))])
 def test_a_curve_outdoes_a_law_by_more_than_the_numbers_that_it_takes(leaves, words, monkeypatch):
     """A scale that left 9.85 of 9.38 N was unknown: a curve of N1, by which every thrust goes, left 9.75 N."""
-    curve = Followed("n1_pct", ("n1_pct",), leaves, 0.1, moved=0.0)
-    assert judged(monkeypatch, 1.12, (curve, replace(curve, channel="n2_pct", mse=2.0))) == words
+    curve = Followed("n1_pct", ("n1_pct",), leaves, leaves, 0.1, moved=0.0)
+    assert judged(monkeypatch, 1.12, (curve, replace(curve, channel="n2_pct", mse=2.0, white=2.0))) == words
 
 
 @pytest.mark.parametrize(
@@ -41,5 +41,5 @@ def test_what_curves_of_any_channel_do_beside_a_law_is_no_unknown_where_nothing_
     leaves, other, words, monkeypatch
 ):
     """A scale of 1.1 % left 9.4 of 8.4 N; curves of the air's temperature and of cabin pressure 8.5 and 8.6 N."""
-    curves = [Followed(name, (name,), mse, 0.1, moved=0.0) for name, mse in (("sat_degC", 1.0), (other, 1.01))]
+    curves = [Followed(name, (name,), mse, mse, 0.1, moved=0.0) for name, mse in (("sat_degC", 1.0), (other, 1.01))]
     assert judged(monkeypatch, leaves, tuple(curves)) == words

@@ -17,9 +17,10 @@ from thrustd.identify.first_state import beginning_of
 from thrustd.identify.regression.bounds import HOLDS
 from thrustd.identify.regression.curve import travel
 from thrustd.identify.regression.friction import effects_of, stretched
-from thrustd.identify.regression.posterior import information_of, kept, point_of, shape_of, walk_n
+from thrustd.identify.regression.noise import Lasting
+from thrustd.identify.regression.posterior import information_of, kept, lasting_of, point_of, shape_of, walk_n
 from thrustd.identify.regression.record import Record
-from thrustd.identify.regression.regress import KNOTS, regress, with_walk
+from thrustd.identify.regression.regress import KNOTS, in_its_noise, regress
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.table import FRICTION
@@ -63,6 +64,7 @@ class Base:
     own_mse: float = np.inf  # the same where no bench says how far its core may move
     own_plateau: float = np.inf  # and the fast end of what it leaves, see `plateau`
     least: float = 0.0  # what no function of the motion explains, once it was asked for (`unexplained`)
+    lasting: Lasting | None = None  # of the noise, beside what is white
     tremble: float = 0.0  # mean square of the force of the reading's noise, without which a set was searched for
 
     @property
@@ -85,7 +87,7 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     """Prior of a joint regression on these segments; what lags remember where one begins under load is part of it."""
     if bench and learnt(spec) is not None:
         raise ModelError(f"{spec.name}: it carries what its own bench said; expected a model without, or no --bench")
-    stored = _told_by(with_walk(regress(bench), bench)) if bench else learnt(spec)
+    stored = _told_by(in_its_noise(regress(bench), bench)) if bench else learnt(spec)
     from_bench = stored is not None
     if stored is not None:
         scale = stored.output_scale
@@ -114,12 +116,9 @@ def base_of(spec: ModelSpec, segments: Sequence[Segment], bench: Sequence[Segmen
     if from_bench and zero:
         shape, information = _zeroed(shape, information, zero)
     terms = [*map(_present, present), *walks(segments, walk_n(stored), sized=True), *_states(shape, point, loaded)]
-    return _beside(Base(shape, point, information, noise, promised, explained=_explained_n2(spec) / scale**2), terms)
-
-
-def _explained_n2(spec: ModelSpec) -> float:
-    """By the model's ledger, N^2."""
-    return sum(max(entry.rmse_before_n**2 - entry.rmse_after_n**2, 0.0) for entry in spec.ledger)
+    removed_n2 = sum(max(entry.rmse_before_n**2 - entry.rmse_after_n**2, 0.0) for entry in spec.ledger)
+    lasting, explained = lasting_of(stored), removed_n2 / scale**2
+    return _beside(Base(shape, point, information, noise, promised, explained=explained, lasting=lasting), terms)
 
 
 def remembering(base: Base, segments: Sequence[Segment]) -> Base | None:
@@ -293,7 +292,8 @@ def records_of(base: Base, spec: ModelSpec, segments: Sequence[Segment]) -> list
             | {"time_s": s.time_s}
             | hours_of(segments, s)
             | {f"{STATE_OF}{k}": np.full(len(s), NEVER_S) for k in range(len(segments))}
-            | {f"{STATE_OF}{i}": np.arange(len(s), dtype=np.float64) * s.dt_s},
+            | {f"{STATE_OF}{i}": s.dt_s * np.arange(len(s))},
+            lasting=base.lasting,
             step_share=s.step_share,
         ).after(beginning_of(run, s))
         for i, s in enumerate(segments)

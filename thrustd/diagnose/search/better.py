@@ -25,10 +25,11 @@ def gained(before: Joint, after: Joint, worth: float = WORTH) -> bool:
     Where a record moves now and then the sum is that of a few blocks, whatever was found; the ratio is of all that
     move. Or it leaves as little, and core and reference stay nearer to what was known of them (`eased`).
     """
-    fall = (before.block_mse - after.block_mse) * before.block_size
-    ratio = np.log(np.maximum(before.block_mse, EXACTLY) / np.maximum(after.block_mse, EXACTLY))
+    fall = (before.block_white - after.block_white) * before.block_size
+    ratio = np.log(np.maximum(before.block_white, EXACTLY) / np.maximum(after.block_white, EXACTLY))
     sure = max(_sure(fall), _sure(ratio))
-    return bool(before.mse - after.mse > worth * after.mse and sure > SURE) or eased(before, after)
+    less = max(before.mse / max(after.mse, EXACTLY), before.white / max(after.white, EXACTLY))
+    return bool(less > 1.0 + worth and sure > SURE) or eased(before, after)
 
 
 def _sure(less: Floats) -> float:
@@ -39,7 +40,7 @@ def _sure(less: Floats) -> float:
 def eased(before: Joint, after: Joint) -> bool:
     """Whether a larger set explains as much by an effect as a core or a reference that surely is no more as known."""
     nearer = relieved(before, after) and before.strain - after.strain > SURE**2
-    return nearer and after.mse <= (1.0 + NEAR) * before.mse
+    return nearer and after.white <= (1.0 + NEAR) * before.white
 
 
 def relieved(before: Joint | Followed, after: Joint) -> bool:
@@ -57,7 +58,7 @@ def borrowed(curve: Followed, best: Joint) -> bool:
     The noise is that of the one that leaves less: the other's has in it what it does not explain.
     """
     noise = min(curve.noise_variance, best.solution.noise_variance)
-    explains = (best.mse - curve.mse) * float(np.sum(best.block_size)) / noise
+    explains = (best.white - curve.white) * float(np.sum(best.block_size)) / noise
     return relieved(curve, best) and explains < curve.moved + curve.walked - best.moved - best.walked
 
 
@@ -72,7 +73,7 @@ def simplest(fits: Sequence[Joint]) -> Joint:
     A law that reads another column than its own (a thermometer elsewhere, a modulation) has to be told from those that
     do not. Of those that the likeliest is not ahead of, the one that asks least of core, reference and effects.
     """
-    best = min(fits, key=lambda fit: fit.mse)
+    best = min(fits, key=lambda fit: fit.white)
     alike = untold(best, fits)
     alike = [fit for fit in alike if not _reads_elsewhere(fit)] or alike
     fewest = min(map(numbers_of, alike))
@@ -87,12 +88,12 @@ def _reads_elsewhere(fit: Joint) -> bool:
 
 def ahead(one: Joint, other: Joint) -> bool:
     """Whether it leaves less by a standard error of the difference from block to block."""
-    return _sure((other.block_mse - one.block_mse) * one.block_size) > 1.0
+    return _sure((other.block_white - one.block_white) * one.block_size) > 1.0
 
 
 def untold(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
     """Those that held-back blocks do not tell from the best."""
-    return [fit for fit in fits if fit.mse < (1.0 + NEAR) * best.mse and not gained(fit, best, 0.0)]
+    return [fit for fit in fits if fit.white < (1.0 + NEAR) * best.white and not gained(fit, best, 0.0)]
 
 
 def rivals(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
@@ -107,8 +108,8 @@ def likely(best: Joint, fits: Sequence[Joint]) -> list[tuple[Joint, float]]:
     """
     found = []
     for fit in fits:
-        sure = _sure((fit.block_mse - best.block_mse) * best.block_size)
-        far = np.clip([sure, (fit.mse / best.mse - 1.0) / NEAR], 0.0, FAR)
+        sure = _sure((fit.block_white - best.block_white) * best.block_size)
+        far = np.clip([sure, (fit.white / best.white - 1.0) / NEAR], 0.0, FAR)
         share = float(np.exp(-far @ far / 2.0))
         if _is_other(fit, best) and np.all(far < FAR):
             found.append((fit, share))
@@ -130,8 +131,8 @@ def look_alikes(best: Joint, fits: Sequence[Joint], margin: float = 0.0) -> tupl
     """
     found: list[tuple[str, ...]] = []
     own = [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
-    for fit in sorted(fits, key=lambda fit: (len(fit.terms), fit.mse)):
-        told = fit.mse > best.mse + margin and any(gained(fit, one) for one in own)
+    for fit in sorted(fits, key=lambda fit: (len(fit.terms), fit.white)):
+        told = fit.white > best.white + margin and any(gained(fit, one) for one in own)
         words = dict.fromkeys(fit.words)
         if 0 < len(fit.terms) <= len(best.terms) and words.keys() != set(best.words) and fit.shown and not told:
             found += [] if any(set(one) <= words.keys() for one in found) else [tuple(words)]
@@ -172,13 +173,13 @@ def fewest(fits: Sequence[Joint], best: Joint) -> Joint:
     """The smallest set that held-back blocks do not tell from the best: nothing is named that need not be there."""
     nothing = next(fit for fit in fits if not fit.terms)
     alike = [fit for fit in fits if len(fit.terms) < len(best.terms) and not gained(fit, best) and stands(nothing, fit)]
-    return min(alike, key=lambda fit: (len(fit.terms), fit.mse)) if alike else best
+    return min(alike, key=lambda fit: (len(fit.terms), fit.white)) if alike else best
 
 
 def clearest(curves: Sequence[Followed]) -> tuple[Followed, ...]:
     """Three at most; of those that say nearly as much as the best, one channel before two combined."""
-    best = min(curves, key=lambda c: c.mse, default=None)
-    return tuple(sorted(curves, key=lambda c: (not nearly(best, c), len(c.parts), c.mse))[:3])
+    best = min(curves, key=lambda c: c.white, default=None)
+    return tuple(sorted(curves, key=lambda c: (not nearly(best, c), len(c.parts), c.white))[:3])
 
 
 def another(curves: Sequence[Followed], own: Sequence[AbstractSet[str]]) -> list[Followed]:

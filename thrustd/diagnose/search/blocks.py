@@ -14,10 +14,10 @@ from thrustd.core.columns import Flags, Floats
 from thrustd.core.measures import held_out_groups
 from thrustd.identify.regression.bounds import inverse, within_reach
 from thrustd.identify.regression.known import Known
-from thrustd.identify.regression.record import Record
+from thrustd.identify.regression.record import Indices, Record
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution, prior_of
-from thrustd.identify.regression.sweep import columns
+from thrustd.identify.regression.sweep import columns, whitening
 
 BLOCKS = 48  # of equal length over all records
 TOGETHER = 1, 2, 4, 8, 16  # blocks whose scores are summed before they are compared: up to a third of the records
@@ -34,24 +34,43 @@ class Blocks:
     squares: Floats
     size: Floats
 
+    @classmethod
+    def none(cls, n_blocks: int, n: int) -> "Blocks":
+        return cls(np.zeros((n_blocks, n, n)), np.zeros((n_blocks, n)), np.zeros(n_blocks), np.zeros(n_blocks))
 
-def block_equations(shape: Shape, point: Point, records: Sequence[Record], n_blocks: int = BLOCKS) -> Blocks:
+    def add(self, lies_in: Indices, rows: Floats, missed: Floats) -> None:
+        """Samples of these blocks."""
+        for b in np.unique(lies_in):
+            own, left = rows[lies_in == b], missed[lies_in == b]
+            self.matrix[b] += own.T @ own
+            self.right[b] += own.T @ left
+            self.squares[b] += float(left @ left)
+            self.size[b] += len(left)
+
+    def missed(self, mine: Flags, step: Floats) -> Floats:
+        """Sums of squares of these blocks behind a step."""
+        moved: Floats = self.squares[mine] - 2 * self.right[mine] @ step + self.matrix[mine] @ step @ step
+        return np.maximum(moved, 0.0)
+
+
+def block_equations(
+    shape: Shape, point: Point, records: Sequence[Record], n_blocks: int = BLOCKS
+) -> tuple[Blocks, Blocks]:
+    """As they were read, and made white (`noise`): the same where the noise is white."""
     total = sum(len(record) - record.stood for record in records)
     edges = np.arange(1, n_blocks) * total // n_blocks
-    n = shape.n
-    found = Blocks(np.zeros((n_blocks, n, n)), np.zeros((n_blocks, n)), np.zeros(n_blocks), np.zeros(n_blocks))
+    read = Blocks.none(n_blocks, shape.n)
+    white = read if all(record.lasting is None for record in records) else Blocks.none(n_blocks, shape.n)
     passed = 0
     for record in records:
+        along = whitening(record)
         for known, rows, missed in columns(shape, point, record):
             lies_in = np.searchsorted(edges, passed + known - record.stood, side="right")
-            for b in np.unique(lies_in):
-                own, left = rows[lies_in == b], missed[lies_in == b]
-                found.matrix[b] += own.T @ own
-                found.right[b] += own.T @ left
-                found.squares[b] += float(left @ left)
-                found.size[b] += len(left)
+            read.add(lies_in, rows, missed)
+            if white is not read:
+                white.add(lies_in, *along(known, rows, missed))
         passed += len(record) - record.stood
-    return found
+    return read, white
 
 
 def std_over(found: Solution, blocks: Blocks, held: Flags | None = None) -> Floats:
@@ -94,20 +113,22 @@ def from_nothing(found: Solution, std: Floats, numbers: Sequence[int]) -> float:
     return float(-ndtri(chdtrc(len(told), squares) / 2))
 
 
-def held_back(found: Solution, blocks: Blocks, prior: Known) -> Floats:
-    """Mean square error (n_blocks,) of every block when its group is left out of the estimate."""
+def held_back(found: Solution, read: Blocks, white: Blocks, prior: Known) -> tuple[Floats, Floats]:
+    """Mean square error (n_blocks,) of every block when its group is left out of the estimate: as read, and white."""
     vector = found.point.vector(found.shape)
     groups = prior_of(found.shape, found.precisions)
     matrix, pull = groups + prior.information(vector), groups @ vector - prior.downhill(vector)
     reach = found.shape.reach(vector)  # what a bound holds, or a prior, is held on any part of the records
-    squares, noise = np.empty(len(blocks.size)), found.noise_variance
-    whole, right = blocks.matrix.sum(axis=0), blocks.right.sum(axis=0)
+    count, noise = len(read.size), found.noise_variance
+    of_read, of_white = np.empty(count), np.empty(count)
+    whole, right = white.matrix.sum(axis=0), white.right.sum(axis=0)
     for fold in range(FOLDS):
-        mine = held_out_groups(len(squares), FOLDS) == fold
-        own, towards = blocks.matrix[mine], blocks.right[mine]
+        mine = held_out_groups(count, FOLDS) == fold
+        own, towards = white.matrix[mine], white.right[mine]
         information = (whole - own.sum(axis=0)) / noise + matrix
         gradient = (right - towards.sum(axis=0)) / noise - pull
         new, _ = within_reach(information, gradient + information @ vector, found.shape.positive(), reach)
         step = new - vector
-        squares[mine] = blocks.squares[mine] - 2 * towards @ step + own @ step @ step
-    return np.maximum(squares, 0.0) / np.maximum(blocks.size, 1.0)
+        of_read[mine], of_white[mine] = read.missed(mine, step), white.missed(mine, step)
+    size = np.maximum(read.size, 1.0)
+    return of_read / size, of_white / size

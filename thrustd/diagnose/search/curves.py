@@ -10,7 +10,8 @@ from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.candidates import combined
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import GAIN, curve_term, heights_of, places_of
-from thrustd.diagnose.search.screen import PROBE, Table, plain_parts
+from thrustd.diagnose.search.screen import PROBE, plain_parts
+from thrustd.diagnose.search.table import Table
 from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.record import Record
 from thrustd.model.effect import Site
@@ -29,6 +30,7 @@ class Followed:
     channel: str
     parts: tuple[str, ...]  # channels that it is made of
     mse: float
+    white: float  # the same made white, where it was estimated
     removed: float  # of the mean square, beside what was there
     gain: bool = False  # of the force; else a bias of the deformation, or a force
     whole: bool = False  # explains all that is to be explained
@@ -68,7 +70,7 @@ def followed(table: Table, sigma_mm: float) -> list[Followed]:
             for weight in (slope, [GAIN * out for out in plain])
         )
         mse = min(bias, gain)
-        found.append(Followed(name, parts, mse, before - mse, gain < bias, averaged=table.averaged))
+        found.append(Followed(name, parts, mse, mse, before - mse, gain < bias, averaged=table.averaged))
     return sorted(found, key=lambda one: one.mse)
 
 
@@ -95,18 +97,20 @@ def estimated(
         at = places_of([column_of(one.channel, record.channels) for record in records])
         if at is not None:
             fit = joint_fit(base, records, (curve_term(free_curve(one.channel, site), at, heights[site]),))
-            now = replace(one, mse=fit.mse, removed=nothing.mse - fit.mse, gain=site == "gain", averaged=0.0)
+            now = replace(
+                one, mse=fit.mse, white=fit.white, removed=nothing.mse - fit.mse, gain=site == "gain", averaged=0.0
+            )
             noise = fit.solution.noise_variance
             now = replace(now, whole=whole(fit), moved=fit.moved, walked=fit.walked, noise_variance=noise)
             found.append(now)
             told = told or ((one, site) if now.whole else None)
-    best = {one.channel: one for one in sorted(found, key=lambda one: -one.mse)}
-    return sorted(best.values(), key=lambda one: one.mse)
+    best = {one.channel: one for one in sorted(found, key=lambda one: -one.white)}
+    return sorted(best.values(), key=lambda one: one.white)
 
 
 def nearly(best: Followed | None, other: Followed) -> bool:
     """Whether a channel leaves hardly more than the best."""
-    return best is not None and other.mse <= (1 + NEAR) * best.mse
+    return best is not None and other.white <= (1 + NEAR) * best.white
 
 
 def _slope(table: Table, record: Record, plain: Floats, sigma_mm: float) -> Floats:

@@ -28,8 +28,13 @@ def before(nothing: Joint, base: Base) -> float:
 
 
 def at_floor(fit: Joint, base: Base) -> bool:
-    """Nothing is left: the error is that of the instruments, or what the identification left."""
-    return over(left(fit, base), fit, base) < AT_FLOOR
+    """Nothing is left: the error is that of the instruments, or what the identification left.
+
+    Beside effects: made white, and as read no more than a noise that lasts may be on another record.
+    """
+    if not fit.terms:
+        return over(left(fit, base), fit, base) < AT_FLOOR
+    return over(fit.white, fit, base) < AT_FLOOR and not shows(fit, base)
 
 
 def most_at_floor(fit: Joint, base: Base) -> float:

@@ -8,7 +8,8 @@ import numpy as np
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.floor import SHOWS, at_floor, over
 from thrustd.diagnose.search.joint import BEGIN, Joint, joint_fit
-from thrustd.diagnose.search.screen import Looked, Probe, screened, table_of
+from thrustd.diagnose.search.screen import Looked, Probe, screened
+from thrustd.diagnose.search.table import table_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.stage import Floats

@@ -38,6 +38,7 @@ class Joint:
     records: tuple[Record, ...]  # each begun where this fit says
     solution: Solution
     block_mse: Floats  # (n_blocks,) held back
+    block_white: Floats  # (n_blocks,) the same, made white: what a law is told by
     block_size: Floats  # (n_blocks,) samples
     std: Floats  # (n,) one sigma of every number of the solution
     alone: Floats  # (n,) the same, were the shapes of the new terms known
@@ -47,6 +48,11 @@ class Joint:
     @property
     def mse(self) -> float:
         return float(np.sum(self.block_mse * self.block_size) / np.sum(self.block_size))
+
+    @property
+    def white(self) -> float:
+        """Mean square that is left, made white."""
+        return float(np.sum(self.block_white * self.block_size) / np.sum(self.block_size))
 
     @property
     def plateau(self) -> float:
@@ -126,7 +132,7 @@ def joint_fit(
     for _ in range(REVISIONS):
         begun, given = revised, Given(prior, noise, least=1, normal=there)
         found = solve(shape, point, begun, strengths, iterations=ITERATIONS, given=given)
-        level, revised = noise_level(found.normal.residuals), [begun_where(_stateless(found), each) for each in begun]
+        level, revised = noise_level(found.normal.white), [begun_where(_stateless(found), each) for each in begun]
         own = promised if _near(level, promised) else None
         same = all(new.before == old.before for new, old in zip(revised, begun, strict=True))
         if own == noise and same:
@@ -135,12 +141,12 @@ def joint_fit(
         if own is None is not noise:  # the model promised another noise: how smooth it thought its curve is as well
             strengths = strengths | {"f": FIRST["f"]}
         noise = own
-    blocks = block_equations(found.shape, found.point, begun)
-    mse = held_back(found, blocks, prior)
+    read, blocks = block_equations(found.shape, found.point, begun)
+    mse, white = held_back(found, read, blocks, prior)
     std, alone = std_over(found, blocks), std_over(found, blocks, _shapes(found.shape, len(terms)))
     walk = found.point.terms[walking(found.shape.terms)]
     moved = prior.cost(found.point.vector(found.shape)) if base.benched else 0.0
-    return Joint(tuple(terms), tuple(begun), found, mse, blocks.size, std, alone, moved, float(walk @ walk))
+    return Joint(tuple(terms), tuple(begun), found, mse, white, blocks.size, std, alone, moved, float(walk @ walk))
 
 
 def _near(level: float, promised: float) -> bool:
@@ -221,7 +227,7 @@ def _shapes(shape: Shape, new: int) -> Flags:
 
 def unlikely(fit: Joint, noise: float) -> float:
     """Minus twice the log of the held-back likelihood times all priors (`strain`), but for a constant."""
-    return fit.mse * float(np.sum(fit.block_size)) / noise + fit.strain
+    return fit.white * float(np.sum(fit.block_size)) / noise + fit.strain
 
 
 def numbers_of(fit: Joint) -> int:

@@ -40,7 +40,8 @@ def by_past(
         return base, rested
     alone = joint_fit(other, rows, ())
     if at_floor(best, base):
-        if not at_floor(alone, other) or surprise(other, alone, best) > surprise(base, best, best):
+        quiet = min(alone, best, key=lambda fit: fit.solution.noise_variance)  # what lasts beside one would hide it
+        if not at_floor(alone, other) or surprise(other, alone, quiet) > surprise(base, best, quiet):
             return base, rested
         return other, search(other, rows)
     if gained(alone, best) and not gained(best, joint_fit(other, rows, best.terms)):  # memory stands for none of it
@@ -54,7 +55,6 @@ def surprise(base: Base, fit: Joint, like: Joint) -> float:
     found = fit.solution
     vector = found.point.vector(found.shape)
     groups = prior_of(found.shape, found.precisions)
-    samples = sum(len(record.known) for record in fit.records)
-    squares = samples * found.mean_square / like.solution.noise_variance
+    squares = found.normal.squares / like.solution.noise_variance
     prior = prior_from(base, found.shape).cost(vector) + float(vector @ groups @ vector)
     return float(squares + prior + np.linalg.slogdet(found.information)[1])

@@ -14,7 +14,8 @@ from thrustd.diagnose.search.grow import begun_like, hopeful, joined
 from thrustd.diagnose.search.joint import PRIOR, Joint, joint_fit, numbers_of, unlikely, without
 from thrustd.diagnose.search.library import Rig, terms_of
 from thrustd.diagnose.search.ranking import Ranked
-from thrustd.diagnose.search.screen import leading, probed, screened, table_of
+from thrustd.diagnose.search.screen import leading, probed, screened
+from thrustd.diagnose.search.table import table_of
 from thrustd.diagnose.search.told import disputed
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term, split
@@ -96,7 +97,7 @@ def by_other_laws(base: Base, records: Sequence[Record], best: Joint, rig: Rig, 
         for one in hopeful(base, seen, None, [best]):
             names = sorted((one.term.effect.name, *(other.effect.name for other in rest.terms)))
             same = [fit for fit in tried if sorted(each.effect.name for each in fit.terms) == names]
-            found.append(min(same, key=lambda fit: fit.mse) if same else joined(base, records, rest, one))
+            found.append(min(same, key=lambda fit: fit.white) if same else joined(base, records, rest, one))
     return found
 
 

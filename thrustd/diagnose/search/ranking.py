@@ -17,8 +17,9 @@ from thrustd.diagnose.search.floor import at_floor, far_above, hardly_anything
 from thrustd.diagnose.search.grow import grown, joined
 from thrustd.diagnose.search.joint import Joint, joint_fit
 from thrustd.diagnose.search.library import Rig, curve_sigma
-from thrustd.diagnose.search.screen import Looked, leading, screened_modulations, table_of
+from thrustd.diagnose.search.screen import Looked, leading, screened_modulations
 from thrustd.diagnose.search.sets import MOST, Looks, adds, exchanged, look, sets_grown
+from thrustd.diagnose.search.table import table_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
@@ -68,7 +69,7 @@ def rank(
     rivals = exchanged(base, records, looks, best, fits)
     fits += rivals
     best = simplest([best, *(fit for fit in rivals if adds(base, nothing, nothing, fit))])
-    ordered = tuple(sorted(fits, key=lambda fit: fit.mse))
+    ordered = tuple(sorted(fits, key=lambda fit: fit.white))
     return Ranked(nothing, best, ordered, tuple(looks.looked), tuple(curves), base.tremble)
 
 
@@ -92,8 +93,8 @@ def _curves(base: Base, records: Sequence[Record], looks: Looks, grown: Sequence
 def _strange(curves: Sequence[Followed], terms: Sequence[Term], singles: Sequence[Joint]) -> bool:
     """Whether one curve of a channel that no law reads explains it, and no law as well: several would say it worse."""
     read = {channel for term in terms for channel in term.effect.channels}
-    least = min((fit.mse for fit in singles), default=np.inf)
-    return any(curve.whole and curve.mse < least and not set(curve.parts) & read for curve in curves)
+    least = min((fit.white for fit in singles), default=np.inf)
+    return any(curve.whole and curve.white < least and not set(curve.parts) & read for curve in curves)
 
 
 def curve_says_it(base: Base, best: Joint, curves: Sequence[Followed]) -> bool:
@@ -125,7 +126,7 @@ def pruned(base: Base, records: Sequence[Record], nothing: Joint, best: Joint, f
     while len(best.terms) > 1:
         rests = [[term for term in best.terms if term is not left_out] for left_out in best.terms]
         fewer = [_estimated(base, records, rest, fits) for rest in rests]
-        smaller = min((fit for fit in fewer if stands(nothing, fit)), key=lambda fit: fit.mse, default=best)
+        smaller = min((fit for fit in fewer if stands(nothing, fit)), key=lambda fit: fit.white, default=best)
         if smaller is best or gained(smaller, best):
             break
         best = smaller

@@ -30,14 +30,13 @@ from thrustd.diagnose.search.screen import (
     TRIED,
     Looked,
     Probe,
-    Table,
     leading,
     probed,
     screened,
     screened_pairs,
     singles,
-    table_of,
 )
+from thrustd.diagnose.search.table import Table, table_of
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.terms import Term
 from thrustd.model.effect import Effect
@@ -105,7 +104,7 @@ def sets_grown(
             best, beam = advanced(base, looks.nothing, looks.nothing, [*larger, *others])
         if (size == 0 and said(larger, best)) or not beam:
             return best, fits
-    least = min(fits, key=lambda fit: fit.mse, default=best)
+    least = min(fits, key=lambda fit: fit.white, default=best)
     if len(least.terms) > 1 and room(base, looks.nothing, best):  # one of its members may be in the true one's place
         tried = [{*map(id, fit.terms)} for fit in fits]
         rests = [without(least, member).terms for member in least.terms]
@@ -160,7 +159,7 @@ def advanced(base: Base, nothing: Joint, best: Joint, grown: Sequence[Joint]) ->
     adding = [fit for fit in grown if fit.mse < base.own_mse and adds(base, nothing, best, fit)]
     better = [fit for fit in adding if len(fit.terms) <= size or at_floor(fit, base)]
     found = simplest(better) if better else best
-    further = [fit for fit in grown if fit.mse < found.mse or any(fit is one for one in better)]
+    further = [fit for fit in grown if fit.white < found.white or any(fit is one for one in better)]
     return found, carried(found, further)
 
 
@@ -192,7 +191,7 @@ def carried(best: Joint, fits: Sequence[Joint]) -> list[Joint]:
 
     Beside another effect an effect's law may be another: two laws of one would hide what the beam is there for.
     """
-    order = sorted(fits, key=lambda fit: (fit is not best, fit.mse))
+    order = sorted(fits, key=lambda fit: (fit is not best, fit.white))
     apart = [fit for fit in order if set(fit.words) != set(order[0].words)]
     return [*order[:BEAM], *(fit for fit in apart[:1] if not any(fit is one for one in order[:BEAM]))]
 

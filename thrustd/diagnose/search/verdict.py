@@ -10,7 +10,7 @@ from thrustd.diagnose.search.floor import at_floor, floor_of, left, only_noise, 
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import curve_sigma
 from thrustd.diagnose.search.ranking import Ranked
-from thrustd.diagnose.search.screen import table_of
+from thrustd.diagnose.search.table import table_of
 from thrustd.diagnose.search.told import Likely, unsized
 from thrustd.identify.regression.record import Record
 from thrustd.model.modulated import BY
@@ -35,15 +35,17 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
     laws = [term.effect for term in best.terms if BY not in term.effect.name]
     curves = [c for c in another(ranked.curves, [set(law.channels) for law in laws]) if not borrowed(c, best)]
     several = len(best.terms) > 1 or (best.terms and not laws)
-    alone = [c for c in curves if c.mse <= best.mse]
+    alone = [c for c in curves if c.white <= best.white]
     if several and alone:  # one curve instead of several laws, or of one in proportion to it
         return Verdict(("unknown",), ranked.nothing, clearest(alone))
     if at_floor(best, base) or (not best.terms and left(best, base) <= usual(best, base)):
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
-    further = [c for c in curves if c.mse * (1.0 + NEAR) < left(best, base)]  # a law is as good with fewer numbers
-    strange = [c for c in further if left(best, base) - c.mse > (1 - OUTDOES) * above]
+    missed = best.white if best.terms else left(best, base)
+    leaves = {c.channel: c.white if best.terms else c.mse for c in curves}
+    further = [c for c in curves if leaves[c.channel] * (1.0 + NEAR) < missed]  # a law is as good with fewer numbers
+    strange = [c for c in further if missed - leaves[c.channel] > (1 - OUTDOES) * (missed - floor)]
     if best.terms and not shows(best, base) and _of_no_channel(clearest(strange)):
         strange = []  # a law explains all that shows, and what curves do beside it any of them does
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance

@@ -255,7 +255,7 @@ def resolved(
     shape, point = found.shape, found.point
     if shape.begun:
         shape, point = anew(shape, point, counted(places_of(shape, segments)))
-    records = records_for(found, segments)
+    records = [replace(record, lasting=found.lasting) for record in records_for(found, segments)]
     if not shape.passive and sum(map(len, segments)) > MANY:
         records, given = sparse(shape, point, records), SETTLED
     passes = ITERATIONS if given is NOTHING else PASSES

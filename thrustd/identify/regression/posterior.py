@@ -10,6 +10,7 @@ from scipy.linalg import block_diag
 from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression import walk
 from thrustd.identify.regression.curve import Grid, travel
+from thrustd.identify.regression.noise import Lasting
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.solve import Solution
 from thrustd.identify.regression.stops import radii_of
@@ -54,6 +55,7 @@ def kept(found: Solution, effects: Sequence[str] = ()) -> Posterior:
         shape.passive,
         max(len(shape.radii) - len(USUAL), 0),
         [_estimated(term) for term in compress(shape.terms, beside)],
+        (found.lasting.ratio, found.lasting.tau_s) if found.lasting else None,
     )
 
 
@@ -69,6 +71,11 @@ def walk_n(posterior: Posterior) -> float:
     """One sigma of an hour's walk of the reference, N."""
     strength = posterior.strengths.get(WALK)
     return posterior.output_scale / strength**0.5 if strength else 0.0
+
+
+def lasting_of(posterior: Posterior) -> Lasting | None:
+    """Of the noise."""
+    return Lasting(*posterior.lasting) if posterior.lasting else None
 
 
 def _estimated(term: Term) -> Estimated:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from thrustd.core.columns import Floats
 from thrustd.identify.first_state import Beginning, first_level
+from thrustd.identify.regression.noise import Lasting
 from thrustd.identify.regression.terms import Seen
 from thrustd.identify.segments import DEFORMATION
 
@@ -27,6 +28,7 @@ class Record:
     place: int | None = None  # among the records of which a point knows how they begin
     kept: dict[Any, Any] | None = None  # where few samples count: columns that no pass changes, made once
     stood: int = 0  # samples in front of the data, without output
+    lasting: Lasting | None = None  # of the noise of y; none: it is white
     step_share: float = 1.0  # of the noise of y, see `records.grid.Grid`
 
     def __len__(self) -> int:

@@ -21,6 +21,7 @@ from thrustd.core.columns import Flags, Floats
 from thrustd.identify.regression.bounds import factor, within_reach
 from thrustd.identify.regression.free_run import simulate
 from thrustd.identify.regression.known import Known
+from thrustd.identify.regression.noise import Lasting, whitened
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.shape import Point, Shape
 from thrustd.identify.regression.sweep import Normal, normal_equations
@@ -62,6 +63,7 @@ class Solution:
     free: Flags  # (n,): not held at zero by its bound
     iterations: int
     normal: Normal
+    lasting: Lasting | None = None  # of the noise, beside what is white
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +132,7 @@ def solve(
     done, damping = 0, 0.0
 
     def posterior() -> _Posterior:
-        level = noise_level(normal.residuals)
+        level = noise_level(normal.white)
         return _Posterior(given.noise_variance or level, level, middle, prior_of(shape, strengths), given.prior)
 
     for done in range(1, iterations + 1):
@@ -149,8 +151,9 @@ def solve(
             break
     now, vector = posterior(), point.vector(shape)
     free, information = ~(shape.positive() & (vector <= 0.0)), now.information(normal, vector)
-    mean_square = normal.squares / _count(normal)
-    return Solution(shape, point, strengths, now.s2, mean_square, information, free, done, normal)
+    mean_square = sum(float(np.nansum(r * r)) for r in normal.residuals) / _count(normal)
+    lasting = records[0].lasting
+    return Solution(shape, point, strengths, now.s2, mean_square, information, free, done, normal, lasting)
 
 
 def _step(
@@ -182,7 +185,13 @@ def _step(
 
 def _squares(shape: Shape, point: Point, records: Sequence[Record]) -> float:
     """None, where a formula is no number."""
-    return float(sum(np.sum((r.y - simulate(shape, point, r))[r.known] ** 2) for r in records))
+    total = 0.0
+    for record in records:
+        missed = record.y - simulate(shape, point, record)
+        if record.lasting is not None:
+            missed = whitened(missed, record.lasting, record.dt_s)
+        total += float(np.sum(missed[record.known] ** 2))
+    return total
 
 
 def _count(normal: Normal) -> int:

@@ -4,13 +4,14 @@ Records pass in blocks with the memory carried along; what grows with the length
 its physical effects.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from thrustd.core.columns import Floats
 from thrustd.identify.regression.free_run import gain_of
+from thrustd.identify.regression.noise import Whitener
 from thrustd.identify.regression.record import Indices, Record
 from thrustd.identify.regression.rows import BLOCK, fading, keeps, kept_rows, run_rows
 from thrustd.identify.regression.shape import Point, Shape, core_of
@@ -21,27 +22,46 @@ from thrustd.model.stage import jit
 
 @dataclass(frozen=True, slots=True)
 class Normal:
-    """Normal equations J'J (n, n), J'r (n,) over the samples that count, and every residual."""
+    """Normal equations J'J (n, n), J'r (n,) over the samples that count, made white, and every residual."""
 
     matrix: Floats
     right: Floats
     residuals: list[Floats]  # per record (n,), NaN where the output is not known
+    white: list[Floats]  # the same made white (`noise`)
 
     @property
     def squares(self) -> float:
-        return float(sum(np.nansum(r * r) for r in self.residuals))
+        return float(sum(np.nansum(r * r) for r in self.white))
 
 
 def normal_equations(shape: Shape, point: Point, records: Sequence[Record]) -> Normal:
-    matrix, right, residuals = np.zeros((shape.n, shape.n)), np.zeros(shape.n), []
+    matrix, right, residuals, white = np.zeros((shape.n, shape.n)), np.zeros(shape.n), [], []
     for record in records:
-        residual = np.full(len(record), np.nan)
+        residual, own = np.full(len(record), np.nan), np.full(len(record), np.nan)
+        along = whitening(record)
         for known, rows, missed in columns(shape, point, record):
             residual[known] = np.where(np.isnan(missed), np.inf, missed)  # a formula is none here: no place to be
-            matrix += squared(rows, shape.parts()["h"])
+            rows, missed = along(known, rows, missed)
+            own[known] = np.where(np.isnan(missed), np.inf, missed)
+            matrix += squared(rows, shape.parts()["h"]) if record.lasting is None else rows.T @ rows
             right += rows.T @ missed
         residuals.append(residual)
-    return Normal(matrix, right, residuals)
+        white.append(own)
+    return Normal(matrix, right, residuals, white)
+
+
+def whitening(record: Record) -> Callable[[Indices, Floats, Floats], tuple[Floats, Floats]]:
+    """Makes derivatives (m, n) and what is missed (m,) of the blocks of `columns` white, in place, in order."""
+    if record.lasting is None:
+        return lambda places, rows, missed: (rows, missed)
+    of_rows, of_missed = (Whitener(record.lasting, record.dt_s) for _ in range(2))
+
+    def along(places: Indices, rows: Floats, missed: Floats) -> tuple[Floats, Floats]:
+        of_rows.whiten(rows, places)
+        of_missed.whiten(missed[:, None], places)
+        return rows, missed
+
+    return along
 
 
 def squared(rows: Floats, h: slice) -> Floats:
