@@ -234,6 +234,8 @@ def _check_posterior(posterior: Posterior, where: str) -> None:
         raise ModelError(f"{where}.mean: {n} numbers, expected at least {known}")
     if len(posterior.information) != n * (n + 1) // 2:
         raise ModelError(f"{where}.information: {len(posterior.information)} numbers, expected {n * (n + 1) // 2}")
+    if posterior.lasting is not None and not (posterior.lasting[0] >= 0.0 and posterior.lasting[1] > 0.0):
+        raise ModelError(f"{where}.lasting: {posterior.lasting}, expected a ratio of at least 0 and a time above 0 s")
 
 
 def _check_knots(curve: PiecewiseLinear, where: str) -> None:

@@ -13,6 +13,7 @@ from thrustd.diagnose.search.better import clearest
 from thrustd.diagnose.search.curves import Followed
 from thrustd.diagnose.search.floor import (
     at_floor,
+    explains_all,
     far_above,
     floor_of,
     hardly_anything,
@@ -21,10 +22,12 @@ from thrustd.diagnose.search.floor import (
     noise_of,
     shows,
     usual,
+    white_floor,
 )
 from thrustd.diagnose.search.sets import advanced
 from thrustd.diagnose.search.unexplained import unexplained
 from thrustd.diagnose.search.verdict import Verdict, grade_of
+from thrustd.identify.regression.noise import Lasting
 from thrustd.identify.segments import segments_of
 from thrustd.records.recording import make_recording
 
@@ -46,7 +49,7 @@ def test_noise_is_noise_where_stamps_tremble(trembles_s):
 
 def test_the_floor_is_the_noise_or_what_the_bench_left_whichever_is_less():
     fit = SimpleNamespace(plateau=0.001, mse=(1.02 * UNEXPLAINED) ** 2, white=(1.02 * UNEXPLAINED) ** 2, terms=("law",))
-    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf, least=0.0, tremble=0.0)
+    cell = SimpleNamespace(promised=0.004, own_plateau=np.inf, least=0.0, tremble=0.0, lasting=None)
     assert floor_of(fit, cell) == 0.001 and not at_floor(fit, cell)
     assert floor_of(fit, SimpleNamespace(promised=0.0005, own_plateau=np.inf, least=0.0)) == 0.0005
     assert (
@@ -125,6 +128,26 @@ def fit(rms, words=("law",)):
 
 
 CELL = known(promised=1.0)
+
+
+@pytest.mark.parametrize(("raw", "white", "there"), [(1.2, 1.0, True), (1.2, 1.1, False), (1.3, 1.0, False)])
+def test_beside_an_effect_white_errors_say_whether_anything_is_left_and_those_read_that_it_is_no_more_than_noise(
+    raw, white, there
+):
+    """A cell that wanders leaves newtons that no law explains; an effect as slow leaves more of them than it may."""
+    law, none = fit(raw), fit(raw, ())
+    law.white = none.white = white**2
+    assert at_floor(law, CELL) == there and not at_floor(none, CELL)
+    assert explains_all(none, CELL) == there
+
+
+def test_the_floor_of_white_errors_is_what_does_not_last_of_the_bench():
+    """Of noise that lasts a few samples only, steps show most as well, and all of it would be taken for white."""
+    hums = known(promised=1.0, lasting=Lasting(0.5625, 0.05))
+    assert white_floor(fit(1.0), hums) == pytest.approx(0.8**2)
+    left = fit(1.0)
+    left.white = 0.9**2
+    assert at_floor(left, CELL) and not at_floor(left, hums)
 
 
 @pytest.mark.parametrize(("left", "believed"), [(1.02, True), (1.3, False), (9.0, False)])

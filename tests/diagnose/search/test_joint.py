@@ -20,6 +20,7 @@ from thrustd.diagnose.search.records import stretches
 from thrustd.diagnose.search.rig import shipped_rig
 from thrustd.diagnose.search.sets import exchanged, look, otherwise
 from thrustd.identify.regression.friction import play_of
+from thrustd.identify.regression.noise import Lasting
 from thrustd.identify.regression.posterior import point_of
 from thrustd.identify.regression.sweep import normal_equations
 from thrustd.identify.regression.table import std_of
@@ -264,6 +265,19 @@ def test_a_fit_passes_through_the_record_no_more_often_than_it_gains(monkeypatch
         monkeypatch.setattr(import_module(f"thrustd.identify.regression.{module}"), attribute, counted_run)
     joint_fit(base, rows, (term,), np.array(begin_at(term)))
     assert len(passes) <= 4 and not runs
+
+
+def test_blocks_add_up_to_the_white_normal_equations_and_the_errors_as_read():
+    question = asked(mount(), [record(n=6000)], NOTHING)
+    base, lasting = question.base, Lasting(0.2, 3.0)
+    rows = [replace(row, lasting=lasting) for row in question.rows]
+    normal = normal_equations(base.shape, base.point, rows)
+    read, white = block_equations(base.shape, base.point, rows)
+    assert white.matrix.sum(axis=0) == pytest.approx(normal.matrix)
+    assert white.right.sum(axis=0) == pytest.approx(normal.right)
+    assert white.squares.sum() == pytest.approx(normal.squares)
+    assert read.squares.sum() == pytest.approx(sum(float(np.nansum(r**2)) for r in normal.residuals))
+    assert white.squares.sum() < 0.95 * read.squares.sum()  # of which a part is known from the samples before
 
 
 def test_an_error_that_lasts_a_third_of_the_record_widens_the_intervals():

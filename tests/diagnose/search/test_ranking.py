@@ -9,7 +9,19 @@ import pytest
 from tests.diagnose.scene import mount, record
 from thrustd.diagnose.search import better, ranking
 from thrustd.diagnose.search.base import base_of
-from thrustd.diagnose.search.better import borrowed, fewest, gained, inexact, likely, look_alikes, margin, rivals, ways
+from thrustd.diagnose.search.better import (
+    ahead,
+    borrowed,
+    fewest,
+    gained,
+    inexact,
+    likely,
+    look_alikes,
+    margin,
+    rivals,
+    untold,
+    ways,
+)
 from thrustd.diagnose.search.ranking import pruned, settled
 from thrustd.diagnose.search.records import stretches
 from thrustd.model.artifact import LedgerEntry
@@ -21,7 +33,7 @@ COMMON = RNG.normal(size=48)
 def known(**more: float) -> SimpleNamespace:
     """What is known beforehand of a mount with a bench, whose model removed nothing yet."""
     nothing = {"own_mse": np.inf, "as_is_mse": np.inf, "explained": 0.0, "own_plateau": np.inf}
-    return SimpleNamespace(**nothing | {"least": 0.0, "tremble": 0.0} | more)
+    return SimpleNamespace(**nothing | {"least": 0.0, "tremble": 0.0, "lasting": None} | more)
 
 
 def _fit(words: str, level: float, scatter: float) -> SimpleNamespace:
@@ -40,6 +52,16 @@ def test_a_member_that_alone_is_not_told_from_nothing_is_no_verdict():
     assert not gained(nothing, alone)
     assert not gained(alone, pair)
     assert fewest([nothing, alone, pair], pair) is pair
+
+
+def test_of_two_sets_the_one_that_leaves_less_white_is_better_whichever_leaves_more_as_read():
+    """A cell that wanders by chance as a law does makes no law."""
+    nothing, law, chance = _fit("", 1.0, 0.0), _fit("m", 0.85, 0.01), _fit("r", 0.8, 0.01)
+    law.white, chance.white = 0.7, 0.75
+    law.block_white, chance.block_white = law.block_mse - 0.15, chance.block_mse - 0.05
+    assert gained(chance, law) and not gained(law, chance) and ahead(law, chance)
+    assert untold(law, [law, chance]) == [law]
+    assert fewest([nothing, law, chance], law) is law
 
 
 def test_the_smaller_set_that_is_told_from_nothing_is_named():

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from thrustd.identify.regression.noise import Lasting, Whitener, lasting_of, whitened
+from thrustd.identify.regression.noise import Lasting, Whitener, likeliest, whitened
 from thrustd.identify.regression.regress import in_its_noise, regress
 from thrustd.identify.segments import DEFORMATION, Segment
 
@@ -45,7 +45,7 @@ def test_what_lasts_is_told_from_its_residual():
     true = Lasting(0.1, 20.0)
     residuals = [walked(40_000, 0.05, true, 8.6) for _ in range(2)]
     residuals[0][1000:3000] = np.nan
-    found = lasting_of(residuals, [0.05, 0.05])
+    found = likeliest(residuals, [0.05, 0.05])
     assert found.ratio == pytest.approx(true.ratio, rel=0.3)
     assert found.tau_s == pytest.approx(true.tau_s, rel=0.5)
     left = whitened(residuals[0], found, 0.05)
@@ -55,7 +55,7 @@ def test_what_lasts_is_told_from_its_residual():
 
 
 def test_white_noise_has_nothing_that_lasts():
-    found = lasting_of([RNG.normal(size=20_000)], [0.05])
+    found = likeliest([RNG.normal(size=20_000)], [0.05])
     assert found.ratio * min(found.tau_s / 0.05, 100.0) < 0.1  # of its level over 100 samples
 
 

@@ -132,7 +132,7 @@ def look_alikes(best: Joint, fits: Sequence[Joint], margin: float = 0.0) -> tupl
     found: list[tuple[str, ...]] = []
     own = [best, *(fit for fit in fits if set(fit.words) == set(best.words))]
     for fit in sorted(fits, key=lambda fit: (len(fit.terms), fit.white)):
-        told = fit.white > best.white + margin and any(gained(fit, one) for one in own)
+        told = fit.mse > best.mse + margin and any(gained(fit, one) for one in own)
         words = dict.fromkeys(fit.words)
         if 0 < len(fit.terms) <= len(best.terms) and words.keys() != set(best.words) and fit.shown and not told:
             found += [] if any(set(one) <= words.keys() for one in found) else [tuple(words)]

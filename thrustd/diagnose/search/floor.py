@@ -30,11 +30,21 @@ def before(nothing: Joint, base: Base) -> float:
 def at_floor(fit: Joint, base: Base) -> bool:
     """Nothing is left: the error is that of the instruments, or what the identification left.
 
-    Beside effects: made white, and as read no more than a noise that lasts may be on another record.
+    Of a model as it is the error as read, of what was fitted to these records what is white (`explains_all`).
     """
-    if not fit.terms:
-        return over(left(fit, base), fit, base) < AT_FLOOR
-    return over(fit.white, fit, base) < AT_FLOOR and not shows(fit, base)
+    return explains_all(fit, base) if fit.terms else over(left(fit, base), fit, base) < AT_FLOOR
+
+
+def explains_all(fit: Joint, base: Base) -> bool:
+    """Whether made white nothing is left, and as read no more than noise that lasts may be on another record."""
+    whites = np.sqrt((fit.white + base.tremble) / max(white_floor(fit, base) + base.tremble, EXACTLY))
+    return bool(whites < AT_FLOOR) and over(fit.mse, fit, base) < SHOWS
+
+
+def white_floor(fit: Joint, base: Base) -> float:
+    """Mean square of white errors that nothing could go below: the white part of what identification left, or less."""
+    ratio = base.lasting.ratio if base.lasting else 0.0
+    return min(floor_of(fit, base) ** 2, _promised(base) ** 2 / (1.0 + ratio))
 
 
 def most_at_floor(fit: Joint, base: Base) -> float:

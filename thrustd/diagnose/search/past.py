@@ -13,7 +13,7 @@ import numpy as np
 
 from thrustd.diagnose.search.base import Base, remembering
 from thrustd.diagnose.search.better import gained
-from thrustd.diagnose.search.floor import at_floor
+from thrustd.diagnose.search.floor import at_floor, explains_all
 from thrustd.diagnose.search.joint import Joint, joint_fit, prior_from
 from thrustd.identify.regression.record import Record
 from thrustd.identify.regression.solve import prior_of
@@ -41,7 +41,7 @@ def by_past(
     alone = joint_fit(other, rows, ())
     if at_floor(best, base):
         quiet = min(alone, best, key=lambda fit: fit.solution.noise_variance)  # what lasts beside one would hide it
-        if not at_floor(alone, other) or surprise(other, alone, quiet) > surprise(base, best, quiet):
+        if not explains_all(alone, other) or surprise(other, alone, quiet) > surprise(base, best, quiet):
             return base, rested
         return other, search(other, rows)
     if gained(alone, best) and not gained(best, joint_fit(other, rows, best.terms)):  # memory stands for none of it

@@ -86,7 +86,7 @@ class Table:
 
     def beside(self, rows: Floats) -> list[Beside]:
         """Thin rows (n, k) of further columns, summed part by part."""
-        white = whitened(rows, self.records, self.width)
+        white = white_means(rows, self.records, self.width)
         return [
             Beside(read.beside(rows[at]), own.beside(white[at]))
             for read, own, at in zip(self.parts, self.white, self.places, strict=True)
@@ -120,23 +120,22 @@ def table_of(base: Base, fit: Joint, *, still: bool = False) -> Table:
     group = held_out_groups(BLOCKS, FOLDS)[np.arange(len(residual)) * BLOCKS // len(residual)]
     places = tuple(np.flatnonzero(group == fold) for fold in range(FOLDS))
     parts = tuple(Part.of(gradient[at], residual[at]) for at in places)
-    both = whitened(np.column_stack((gradient, residual)), records, width)
+    both = white_means(np.column_stack((gradient, residual)), records, width)
     white = tuple(Part.of(both[at, :-1], both[at, -1]) for at in places)
     averaged = (squares - float(residual @ residual)) / len(residual)
     others = _others(base, fit, white, fit.solution.noise_variance / width, still=still)
     return Table(parts, white, others, places, width, fit, records, averaged)
 
 
-def whitened(rows: Floats, records: Sequence[Record], width: int) -> Floats:
-    """Means (n, k) of so many neighbouring known samples of these records, made white as the samples would be."""
+def white_means(rows: Floats, records: Sequence[Record], width: int) -> Floats:
+    """Means (n, k) of so many neighbouring known samples of these records, made white: noise that lasts for longer."""
     white, begin = rows.copy(), 0
     for record in records:
         own = white[begin : begin + len(record.known) // width]
         begin += len(own)
         if record.lasting is not None and len(own):
             lasts = Lasting(width * record.lasting.ratio, record.lasting.tau_s)
-            apart_s = (len(record) - record.stood) * record.dt_s / len(own)
-            Whitener(lasts, apart_s).whiten(own, np.arange(len(own)))
+            Whitener(lasts, record.dt_s).whiten(own, record.known[: len(own) * width : width])
     return white
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from thrustd.diagnose.search.base import Base
 from thrustd.diagnose.search.better import another, borrowed, clearest
 from thrustd.diagnose.search.curves import NEAR, Followed, followed, nearly
-from thrustd.diagnose.search.floor import at_floor, floor_of, left, only_noise, shows, something, usual
+from thrustd.diagnose.search.floor import at_floor, floor_of, left, only_noise, shows, something, usual, white_floor
 from thrustd.diagnose.search.joint import Joint
 from thrustd.diagnose.search.library import curve_sigma
 from thrustd.diagnose.search.ranking import Ranked
@@ -42,10 +42,10 @@ def judge(base: Base, records: Sequence[Record], ranked: Ranked) -> Verdict:
         return Verdict(best.words or ("none",), best, ())
     above, table = left(best, base) - floor, table_of(base, best)
     rest = [c for c in followed(table, curve_sigma(records)) if c.removed > FOLLOWS * above]
-    missed = best.white if best.terms else left(best, base)
+    missed, least = (best.white, white_floor(best, base)) if best.terms else (left(best, base), floor)
     leaves = {c.channel: c.white if best.terms else c.mse for c in curves}
     further = [c for c in curves if leaves[c.channel] * (1.0 + NEAR) < missed]  # a law is as good with fewer numbers
-    strange = [c for c in further if missed - leaves[c.channel] > (1 - OUTDOES) * (missed - floor)]
+    strange = [c for c in further if missed - leaves[c.channel] > (1 - OUTDOES) * (missed - least)]
     if best.terms and not shows(best, base) and _of_no_channel(clearest(strange)):
         strange = []  # a law explains all that shows, and what curves do beside it any of them does
     much = above > FAINT * floor if best.terms else shows(best, base)  # a cell that drifts follows something by chance

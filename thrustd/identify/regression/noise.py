@@ -73,7 +73,7 @@ def whitened(residual: Floats, lasting: Lasting, dt_s: float) -> Floats:
     return white
 
 
-def lasting_of(residuals: Sequence[Floats], periods_s: Sequence[float]) -> Lasting:
+def likeliest(residuals: Sequence[Floats], periods_s: Sequence[float]) -> Lasting:
     """The likeliest of residuals (n,) each, NaN where they are not known, with these sample periods."""
     every = -(-sum(map(len, residuals)) // COUNTED)
     data = []

@@ -31,7 +31,7 @@ from thrustd.identify.regression.friction import (
     law_of,
     yielding,
 )
-from thrustd.identify.regression.noise import lasting_of
+from thrustd.identify.regression.noise import likeliest
 from thrustd.identify.regression.past import LONG_H, SWINGS, as_begun, missed_less, remembering
 from thrustd.identify.regression.record import Record, head_of
 from thrustd.identify.regression.shape import Point, Shape
@@ -186,7 +186,7 @@ def in_its_noise(found: Solution, segments: Sequence[Segment], progress: Progres
     records = begun_as(found, prepared(segments)[1], segments)
     most = (1.0 + YIELDS) * found.mean_square
     for _ in range(AGAIN):
-        lasting = lasting_of(found.normal.residuals, [record.dt_s for record in records])
+        lasting = likeliest(found.normal.residuals, [record.dt_s for record in records])
         white = [replace(record, lasting=lasting) for record in records]
         other = solve(found.shape, found.point, white, found.precisions, progress=progress)
         if other.mean_square > most:

@@ -7,7 +7,8 @@ gamma_k is how many numbers of group k the data determine. Nothing is chosen by 
 gets a large lambda and vanishes.
 
 s2 is not the variance of the residual but the level of its spectrum where it is highest: what is estimated is slow, and
-slow errors do not average out as white ones do (Klein & Morelli, Aircraft System Identification, 2006, 5.3.3).
+slow errors do not average out as white ones do (Klein & Morelli, Aircraft System Identification, 2006, 5.3.3). Of a
+residual made white where records say what lasts in their noise (`noise`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -71,7 +72,7 @@ class _Posterior:
     """What is minimised, with s2 and the strengths of the priors as they stand."""
 
     s2: float
-    level: float  # the same of the residual
+    level: float  # the same of the white residual
     middle: Floats  # (n,) means of the groups' priors
     groups: Floats  # (n, n) their precision
     prior: Known | None  # beside them
