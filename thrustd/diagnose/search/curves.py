@@ -30,7 +30,7 @@ class Followed:
     channel: str
     parts: tuple[str, ...]  # channels that it is made of
     mse: float
-    white: float  # the same made white, where it was estimated
+    white: float  # the same made white; at a first look as read
     removed: float  # of the mean square, beside what was there
     gain: bool = False  # of the force; else a bias of the deformation, or a force
     whole: bool = False  # explains all that is to be explained
