@@ -84,7 +84,8 @@ def test_the_sum_is_what_the_filter_used_and_one_term_changes_the_band(log, tmp_
         assert (
             set(was) - {CHANGED} == {"zero", "temperature", "scale", "drag", "rest", "mass"} and min(was.values()) > 0.0
         )
-        assert hypot(*now.values()) < 0.6 * hypot(*was.values()) and after["fused_n"] < before["fused_n"]
+        # what is left is a third of what the brochure may be wrong by: it alone would see both mounts fail
+        assert hypot(*now.values()) < 0.7 * hypot(*was.values()) and after["fused_n"] < before["fused_n"]
         assert after["mounts_n"] == pytest.approx(before["mounts_n"])  # of the bench
     vague = (folder / "citation-ii.toml").read_text().replace("engine_mass_std_kg = 4.0", "engine_mass_std_kg = 60.0")
     (tmp_path / "known.toml").write_text(vague)

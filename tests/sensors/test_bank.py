@@ -51,6 +51,22 @@ def test_a_bank_that_goes_on_knows_all_of_its_past_and_since_when_its_engines_tu
     assert [engine["since_s"][0] for engine in later.snapshot()["bank"]] == [s + 7.0 for s in started_s]
 
 
+def test_while_an_engine_starts_three_sigmas_hold_what_each_of_its_mounts_says_for_both():
+    """A stranger's transducer whose sign was turned: 320 N wrong at a sigma of 40 N, for 9 s after the start."""
+
+    def three_sigmas_n(sign):
+        rng, monitor = np.random.default_rng(5), Monitor(LAYOUT, CITATION, SHARES)
+        for k in range(150):
+            read = cruise(k, rng)
+            read["deformation_mm", 0] *= sign
+            if k < 50:
+                read["n1_pct", 0] = read["n2_pct", 0] = 0.0
+            monitor.step(monitor_inputs(k, read))
+        return 3.0 * monitor.uncorrected_n(0)
+
+    assert three_sigmas_n(-1.0) > 5000.0 > 1200.0 > three_sigmas_n(1.0)
+
+
 def test_what_was_found_and_nobody_can_tell_apart_is_known_to_a_bank_that_goes_on():
     """Mounts of both engines that drift alike: the status says that nothing tells, and says so after a restart."""
     rng, monitor = np.random.default_rng(5), Monitor(LAYOUT, CITATION, SHARES)

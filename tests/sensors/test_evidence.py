@@ -191,10 +191,28 @@ def test_where_mounts_and_brochure_differ_by_more_than_they_should_no_mean_of_bo
     """An installation that a tethered run has measured: 48 N whatever they differed by, 600 N were 12 sigmas."""
     measured = Installed(20.0, 0.003, 0.01, 10.0, 0.0, 0.0, 0.006, 0.0)
     agree_n, _ = sigma_n(0.0, measured)
-    assert sigma_n(100.0, measured)[0] == pytest.approx(agree_n, rel=0.05)  # as much as they should
+    assert sigma_n(100.0, measured)[0] == pytest.approx(agree_n, rel=0.1)  # as much as they should
     for apart_n in (-900.0, -600.0, 600.0, 900.0):
         std_n, far_n = sigma_n(apart_n, measured)
         assert std_n > 2.5 * agree_n and far_n < 4.0 * std_n
+
+
+@pytest.mark.parametrize("apart_n", [-900.0, -600.0, -350.0, 350.0, 600.0, 900.0])
+def test_a_fault_of_both_mounts_behind_a_tethered_run_is_in_three_sigmas_where_the_brochure_is_right(apart_n):
+    """A stranger's flights: rubber 12 % stiffer, a gain lost in the roll; 590 N at a sigma of 166, untold for 59 s."""
+    measured = Installed(20.0, 0.003, 0.01, 10.0, 0.0, 0.0, 0.006, 0.0)
+    std_n, far_n = sigma_n(apart_n, measured)
+    assert far_n < 3.0 * std_n
+
+
+def test_without_a_brochure_no_fault_of_both_mounts_is_bounded():
+    measured = Installed(20.0, 0.003, 0.01, 10.0, 0.0, 0.0, 0.006, 0.0)
+    out, heard, off = np.zeros((onsets.N_HYPOTHESES, 3)), np.zeros(1, onsets.HEARD), np.zeros(N_SOURCES)
+    off[2:] = 1.0
+    *_, (rows, n) = flown(lambda t_s: [0.0] * 5, 60.0)
+    evidence.weigh(rows, n, SHARE, onsets.WELL, measured, heard[0], out)
+    said = evidence._said(rows, n, (SHARE, 1.0 - SHARE, 1.0, 1.0, 1.0), off, measured)
+    assert np.sqrt(said[1] + evidence.uncorrected_n2(rows, n, SHARE, off, measured, np.array(said))) < 150.0
 
 
 @pytest.mark.parametrize("apart_n", [-300.0, -200.0, 200.0, 300.0])
@@ -203,8 +221,9 @@ def test_mounts_that_changed_since_they_were_measured_are_in_three_sigmas_as_far
     measured = Installed(20.0, 0.0, 0.01, 10.0, 0.0, 0.0, 0.006, 0.0, 0.003, zero_before_n=200.0, scale_before=0.03)
     std_n, far_n = sigma_n(apart_n, measured)
     assert far_n < 2.5 * std_n
-    known, _ = sigma_n(apart_n, measured._replace(zero_before_n=20.0, scale_before=0.003))  # by the aircraft's file
-    assert known < 0.8 * std_n
+    by_file = measured._replace(zero_before_n=20.0, scale_before=0.003)
+    assert sigma_n(apart_n, by_file)[0] <= std_n
+    assert sigma_n(0.0, by_file)[0] < 0.8 * sigma_n(0.0, measured)[0]
 
 
 def taking_off(scale, deck, seconds, installed=INSTALLED, zero_n=0.0):
@@ -243,9 +262,10 @@ def test_a_zero_that_hides_a_wrong_scale_at_idle_does_not_prove_it_right(zero_n,
     assert abs(thrust_n - truth_n) < 3.0 * std_n
 
 
-def test_a_scale_that_was_measured_costs_no_band():
+def test_a_scale_that_was_measured_costs_less_band():
+    """What is left in a take-off is a third of the brochure's sigma, which alone would see a fault of both mounts."""
     _, std_n, _ = taking_off(0.0, 0.0, 4.0, installed=INSTALLED._replace(zero_n=20.0, scale=0.0045))
-    assert std_n < 250.0
+    assert std_n < 0.7 * taking_off(0.0, 0.0, 4.0)[1]
 
 
 def test_a_scale_that_a_tethered_run_has_told_is_doubted_as_any_fault_and_in_the_band_once():
@@ -254,7 +274,7 @@ def test_a_scale_that_a_tethered_run_has_told_is_doubted_as_any_fault_and_in_the
     bare = INSTALLED._replace(zero_n=0.0, scale=0.0)
     *_, (rows, n) = flown(lambda t_s: [0.0] * 5, 60.0)
     more_n2 = []
-    for said, installed in zip(out, (bare._replace(scale=0.004), bare._replace(told_scale=0.004)), strict=True):
+    for said, installed in zip(out, (bare._replace(scale=0.03), bare._replace(told_scale=0.03)), strict=True):
         evidence.weigh(rows, n, SHARE, onsets.WELL, installed, heard[0], said)
         args = rows, n, SHARE, np.zeros(N_SOURCES), installed, said[onsets.WELL, 1:]
         more_n2.append(evidence.uncorrected_n2(*args))

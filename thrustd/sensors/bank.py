@@ -181,7 +181,10 @@ class Bank:
 
 @compiled
 def _runs(memory: _Memory, engines: Engines, e: int, t_s: float, readings: Floats, trusted: Any, row: Floats) -> bool:
-    """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here."""
+    """Long enough that its deck says something; else what is uncorrected of the mounts' thrust is said here.
+
+    Three sigmas hold there what upper and lower mount say each for both: one may be at fault, and nobody weighs.
+    """
     past, spools_pct = memory.past[e], readings[engines.spools[e]]
     turns = np.nanmax(spools_pct) > TURNING_N1_PCT  # NaN: nobody says
     # one that nobody hears for a while, or nobody whom one can trust, has not stopped: what is known stays
@@ -192,6 +195,9 @@ def _runs(memory: _Memory, engines: Engines, e: int, t_s: float, readings: Float
     if turns and t_s - past.since_s >= STARTED_S:
         return True
     memory.heard[e].n, more_n2 = 0, installed_n2(row.reshape((1, WIDTH)), 0, 0, engines.installed)
+    if row[COUNTS + UPPER] > 0.0 and row[COUNTS + LOWER] > 0.0:
+        apart_n = row[SAID + UPPER] / engines.shares[e] - row[SAID + LOWER] / (1.0 - engines.shares[e])
+        more_n2 = max(more_n2, (apart_n / 3.0) ** 2)
     memory.leading[e, 0], memory.leading[e, UNCORRECTED_N] = nan, sqrt(more_n2)
     forget(memory.jumps[e])
     return False

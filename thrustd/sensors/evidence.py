@@ -122,16 +122,20 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
     """What the thrust that leads may be wrong by because nobody corrected the installation: a variance more.
 
         u(m, v) = v + (m - thrust)^2 - variance      m, v: thrust, variance if the installation errs as its prior
-        max(u of all sources, min(u of the brochure alone, what the installation does to the mounts), u of a change)
+        max(u of all sources, min(u of the brochure alone, what the installation does to the mounts), u of a change,
+            u of a fault of both mounts)
 
     of all sources    v max(1, d^2 / var d) for v, d: the thrust by the mounts alone less that by the brochure alone
     of a change       ((|m - thrust| + 1.96 sqrt(v)) / 3)^2 - variance, m and v as before a tethered run
+    of a fault        ((|m - thrust| + sqrt(v)) / 3)^2 - variance, m and v by the brochure alone
 
     Mounts and brochure that agree prove no more than the better of both: nobody knows how their errors go together.
     Where they differ by more than they should, somebody's sigma is too small, and a mean of both has no smaller one.
     Agreement within the deck's own error proves no nacelle without drag: the prior is not weighed against the bench's.
     Nor does it prove that nothing has changed since it was measured. That is a fault, so rare that no mixture holds it;
     but it is there for the whole flight, so three sigmas hold the 95 % that were there before a run told the mounts.
+    A fault of both mounts since then is as rare (`onsets.NEW`), and only the brochure sees it: three sigmas hold one of
+    its own around it, beyond which one such fault in six is. Without a brochure nobody says.
     `off` (N_SOURCES,): 1 of a source that is excluded; `said`: thrust and variance as installed on the bench.
     Reference: JCGM 100:2008 (GUM), F.2.4.5, uncorrected systematic effects; Julier & Uhlmann 1997 (covariance
     intersection); Birge, Phys. Rev. 40 (1932) 207 (means of what does not agree); Brown & McBurney, Navigation 35
@@ -148,7 +152,10 @@ def uncorrected_n2(rows: Floats, n: int, share: float, off: Floats, installed: I
     alone_n2 = brochure_n2 + (brochure_n - said[0]) ** 2 - said[1]
     changed_n, changed_n2 = _said(rows, n, parts, off, as_unmeasured(installed))
     changed_n2 = ((abs(changed_n - said[0]) + SIGMAS_95 * sqrt(changed_n2)) / 3.0) ** 2 - said[1]
-    return max(together_n2, min(installed_n2(rows, 0, 0, installed), alone_n2), changed_n2, 0.0)
+    failed_n2 = ((abs(brochure_n - said[0]) + sqrt(brochure_n2)) / 3.0) ** 2 - said[1]
+    if not np.any(rows[0, COUNTS + FUEL_FLOW : COUNTS + N_SOURCES] * (1.0 - off[FUEL_FLOW:]) > 0.0):
+        failed_n2 = 0.0
+    return max(together_n2, min(installed_n2(rows, 0, 0, installed), alone_n2), changed_n2, failed_n2, 0.0)
 
 
 @compiled
